@@ -1,0 +1,47 @@
+# Everything starts from a fresh clone: the first target creates .venv and installs the project into it.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+BENCH_STAMP := $(VENV)/.installed-bench
+
+.PHONY: help install demo test check bench clean
+.DEFAULT_GOAL := help
+
+help: ## Show this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
+
+$(STAMP): pyproject.toml constraints.txt
+	@echo "Installing Jointscope into $(VENV) (first use, about a minute) ..."
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,export]'
+	@touch $@
+
+$(BENCH_STAMP): $(STAMP)
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
+	@touch $@
+
+install: $(STAMP) ## Create .venv and install everything
+
+demo: $(STAMP) ## Run the paper's campaign on the emulated rig
+	$(BIN)/jointscope demo --out out/demo
+
+check: $(STAMP) ## Lint, types, import rules and the quick tests
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/pytest -q -m 'not slow'
+
+test: $(STAMP) ## Lint, types, import rules and every test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/pytest -q
+
+bench: $(BENCH_STAMP) ## Measure what benchmarks/README.md claims
+	$(BIN)/python -m benchmarks
+
+clean: ## Remove what the targets above created
+	rm -rf $(VENV) out build *.egg-info

@@ -1,0 +1,1 @@
+"""Recursive estimators, regressors, metrics and transfer functions: numpy in, numpy out, no I/O."""

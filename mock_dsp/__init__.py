@@ -1,0 +1,1 @@
+"""The emulated controller and the physics behind it; started as a process of its own."""

@@ -1,0 +1,19 @@
+"""Fixtures shared by all tests: leftover threads fail the test that left them."""
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+
+@pytest.fixture(autouse=True)
+def fail_on_leftover_threads() -> Iterator[None]:
+    """Fail a test that ends with more threads than it started with."""
+    before = set(threading.enumerate())
+    yield
+    leftover = [thread for thread in threading.enumerate() if thread not in before and thread.is_alive()]
+    for thread in leftover:
+        thread.join(timeout=2.0)
+    still_there = [thread.name for thread in leftover if thread.is_alive()]
+    if still_there:
+        pytest.fail(f"threads left running: {still_there}")
