@@ -1,0 +1,47 @@
+"""Run the benchmark programs one after the other: `python -m benchmarks [NAME ...]`.
+
+Each program stands alone and prints its own table; this file only lists them, says on which machine they run, and
+reports those that failed. `soak` lasts half an hour and runs only when it is named.
+"""
+
+import os
+import platform
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).parent
+PROGRAMS = {
+    "protocol_decode": "decoding of the stream, efficiency of the wire",
+    "wire_counters": "line use: computed, and counted by the emulated controller",
+    "driver_ceiling": "samples a second through a pseudo-terminal into a journal",
+    "emulator_physics": "cost of the emulated rig's physics",
+    "recording": "size and speed of recordings",
+    "speed": "error of the speed from the potentiometer",
+    "estimators": "time and agreement of the estimators beside other packages",
+    "paper_campaign": "the two 1001 s experiments, end to end",
+    "command_line": "first estimate from the command line, cold and warm",
+    "soak": "half an hour at 1x with the other core busy",
+}
+ONLY_WHEN_NAMED = ("soak",)
+
+
+def main(names: list[str]) -> int:
+    """Run the named programs, or all but the long ones; return 1 if any failed."""
+    unknown = [name for name in names if name not in PROGRAMS]
+    if unknown:
+        print(f"unknown: {', '.join(unknown)}; there are {', '.join(PROGRAMS)}", file=sys.stderr)
+        return 2
+    print(f"{platform.platform()}, Python {platform.python_version()}, {os.cpu_count()} cores", flush=True)
+    failed = []
+    for name in names or [name for name in PROGRAMS if name not in ONLY_WHEN_NAMED]:
+        print(f"\n== {name}: {PROGRAMS[name]}", flush=True)
+        if subprocess.run([sys.executable, str(HERE / f"{name}.py")], check=False).returncode:
+            failed.append(name)
+    if failed:
+        print(f"\nfailed: {', '.join(failed)}", file=sys.stderr)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

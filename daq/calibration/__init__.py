@@ -1,0 +1,1 @@
+"""From counts on the wire to SI units."""

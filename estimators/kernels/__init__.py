@@ -1,0 +1,1 @@
+"""Compiled numeric kernels of the estimators: plain functions on floats and arrays, nothing else."""

@@ -1,0 +1,1 @@
+"""Compiled field-oriented control and the loop over PWM periods."""

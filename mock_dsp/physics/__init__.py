@@ -1,0 +1,1 @@
+"""The emulated machine: induction motor, inverter, belt, joint and sensors, from their own equations."""

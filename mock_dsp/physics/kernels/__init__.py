@@ -1,0 +1,1 @@
+"""Compiled equations of the emulated machine, one subject a file."""

@@ -1,0 +1,1 @@
+"""What each command does: one function a command, grouped as in the protocol document."""

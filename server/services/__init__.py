@@ -1,0 +1,1 @@
+"""What Jointscope does, as plain functions: no printing, no HTTP, no argument parsing."""

@@ -1,0 +1,78 @@
+"""From the names on the command line to a campaign plan: files read, defaults filled in, all checked."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from server.config.campaign import Campaign
+from server.config.load import load_model
+from server.config.rig import EMULATE, Rig
+from server.errors import InputError, InputLocation
+from server.services.plan import CampaignPlan, plan_campaign
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunChoices:
+    """What the user chose; None leaves it to the files.
+
+    Attributes:
+        campaign: campaign file.
+        rig: rig file instead of the campaign's own.
+        emulate: scenario to emulate instead of the rig file's port.
+        speed: `max`, or a factor of real time, for the emulated controller.
+    """
+
+    campaign: Path
+    rig: Path | None = None
+    emulate: Path | None = None
+    speed: str | None = None
+
+
+def load_plan(choices: RunChoices) -> CampaignPlan:
+    """Read campaign and rig and check every step.
+
+    Raises:
+        InputError: any of it is wrong; nothing was started.
+    """
+    campaign = load_model(choices.campaign, Campaign)
+    rig_path = _rig_path(choices, campaign)
+    rig = _with_choices(load_model(rig_path, Rig), rig_path, choices)
+    return plan_campaign(campaign, choices.campaign, rig, rig_path)
+
+
+def _rig_path(choices: RunChoices, campaign: Campaign) -> Path:
+    if choices.rig is not None:
+        return choices.rig
+    if campaign.rig is None:
+        raise InputError(
+            "names no rig; add the key rig or give --rig", InputLocation(source=choices.campaign)
+        )
+    return choices.campaign.parent / campaign.rig
+
+
+def _with_choices(rig: Rig, rig_path: Path, choices: RunChoices) -> Rig:
+    """Return the rig with its scenario as a path from here, and with the user's choices in force."""
+    changes: dict[str, object] = {}
+    if rig.scenario is not None:
+        changes["scenario"] = rig_path.parent / rig.scenario
+    if choices.emulate is not None:
+        changes |= {"scenario": choices.emulate, "link": rig.link.model_copy(update={"url": EMULATE})}
+    if choices.speed is not None:
+        changes["emulation_speed"] = _parse_speed(choices.speed)
+    changed = rig.model_copy(update=changes)
+    if changed.link.url == EMULATE and changed.scenario is not None and not changed.scenario.is_file():
+        raise InputError(
+            "no such scenario file; see config/scenarios/", InputLocation(source=changed.scenario)
+        )
+    return changed
+
+
+def _parse_speed(text: str) -> str | float:
+    if text == "max":
+        return text
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = 0.0
+    if not 0.0 < factor <= 1000.0:
+        raise InputError(f'"{text}" is neither max nor a factor up to 1000', InputLocation(field="--speed"))
+    return factor
