@@ -74,7 +74,9 @@ def record(
         sink.note("prediction", asdict(report))
         end, error = run.play(sink, on_progress, on_blocks)
         outcome = run.watch.outcome(end, error, report)
-        if end is not RecordEnd.DISK_FULL:
+        with suppress(
+            JournalWriteError
+        ):  # a full disk has ended the recording already, or does no harm any more
             sink.note("outcome", {"end": end.value, "text": outcome.text, "start_tick": outcome.start_tick})
         return outcome
     finally:

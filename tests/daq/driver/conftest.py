@@ -271,9 +271,8 @@ class Bench:
     @staticmethod
     def wait_until(condition: Callable[[], bool], rig: Rig) -> bool:
         """Poll a condition while the rig's thread works, at most for ten seconds."""
-        for _ in range(200):
-            if condition():
-                break
+        tries = 200
+        while not condition() and (tries := tries - 1):
             rig.next_blocks(0.05)
         return condition()
 
