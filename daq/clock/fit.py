@@ -47,13 +47,14 @@ class ClockFitOptions:
     Attributes:
         nominal_hz: Tick rate that the controller announces, 1/s.
         window: Number of pings kept.
-        slack_s: Reading errors beyond half the round trip that are still believed (interrupt latency), s.
+        slack_s: Reading errors beyond half the round trip that are still believed (late interrupts, a controller that
+            answers from a background task), s.
         jump_after: Contradicting pings in a row that make a jump.
     """
 
     nominal_hz: float = 2500.0
     window: int = 256
-    slack_s: float = 1e-3
+    slack_s: float = 5e-3
     jump_after: int = 3
 
 

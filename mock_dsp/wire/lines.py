@@ -24,7 +24,11 @@ RECEIVE_OCTETS = 512
 
 
 class OctetClock:
-    """Turn ticks into the number of octets that a baud moves in them, or no limit where `baud` is None."""
+    """Turns ticks into the number of octets that a rate moves in them.
+
+    Args:
+        tick_hz: ticks per second.
+    """
 
     def __init__(self, tick_hz: int) -> None:
         self._bits_per_tick_and_octet = tick_hz * BITS_PER_OCTET
