@@ -29,7 +29,7 @@ $(VENV)/.kernels: $(KERNELS) $(STAMP)
 
 install: $(STAMP) ## Create .venv and install everything
 
-demo: $(STAMP) $(VENV)/.kernels ## Run the paper's campaign on the emulated rig
+demo: $(STAMP) $(VENV)/.kernels ## The paper's campaign on the emulated rig, then a hidden effect
 	$(BIN)/jointscope demo --out out/demo
 
 check: $(STAMP) $(VENV)/.kernels ## Lint, types, import rules and the quick tests

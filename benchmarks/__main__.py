@@ -10,7 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-HERE = Path(__file__).parent
+ROOT = Path(__file__).parents[1]
 PROGRAMS = {
     "protocol_decode": "decoding of the stream, efficiency of the wire",
     "wire_counters": "line use: computed, and counted by the emulated controller",
@@ -19,6 +19,8 @@ PROGRAMS = {
     "recording": "size and speed of recordings",
     "speed": "error of the speed from the potentiometer",
     "estimators": "time and agreement of the estimators beside other packages",
+    "estimators_statistics": "coverage of the intervals, bias of instrumental variables",
+    "estimators_ranking": "does the paper's ranking appear, and by which figure",
     "paper_campaign": "the two 1001 s experiments, end to end",
     "command_line": "first estimate from the command line, cold and warm",
     "soak": "half an hour at 1x with the other core busy",
@@ -36,7 +38,7 @@ def main(names: list[str]) -> int:
     failed = []
     for name in names or [name for name in PROGRAMS if name not in ONLY_WHEN_NAMED]:
         print(f"\n== {name}: {PROGRAMS[name]}", flush=True)
-        if subprocess.run([sys.executable, str(HERE / f"{name}.py")], check=False).returncode:
+        if subprocess.run([sys.executable, "-m", f"benchmarks.{name}"], check=False, cwd=ROOT).returncode:
             failed.append(name)
     if failed:
         print(f"\nfailed: {', '.join(failed)}", file=sys.stderr)

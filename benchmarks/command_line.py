@@ -1,6 +1,6 @@
 """`jointscope identify` on two 1001 s recordings: how long until the first estimate is printed, cold and warm.
 
-    python benchmarks/command_line.py
+    python -m benchmarks.command_line
 
 Cold means an empty cache of compiled kernels; the operating system's file cache is warm in both cases.
 """

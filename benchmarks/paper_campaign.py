@@ -1,6 +1,6 @@
 """The paper's campaign end to end: how long each 1001 s experiment takes, through the pseudo-terminal.
 
-    python benchmarks/paper_campaign.py [RUNS]
+    python -m benchmarks.paper_campaign [RUNS]
 
 Times are those of the run folder's manifest: recording, decoding and finalising of 2.5 million samples included.
 """

@@ -1,15 +1,10 @@
 """Line use as computed in docs/protocol.md beside what the emulated controller counted.
 
-    python benchmarks/wire_counters.py
+    python -m benchmarks.wire_counters
 
 For each layout the controller streams a minute of samples; its LINK_STATS counter of sent octets before and after gives
 the octets for one second of stream. What it sends besides the stream (STATUS, events, replies) is listed apart.
 """
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from benchmarks.emulated import emulated_controller
 from daq.driver.options import RigOptions, StreamPlan

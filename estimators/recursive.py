@@ -103,11 +103,12 @@ class RecursiveEstimator:
         return trace
 
     def _advance(self, state: EstimatorState, phi: NDArray[np.float64], y: Vector, trace: RunTrace) -> int:
+        sizes = (0,) * self.n_phi, (0,) * (self.theta0.size - self.n_phi)
         arrays = state.theta, state.U, state.D, state.memory, state.counters
         outputs = trace.prior, trace.posterior, trace.variance, trace.rejected, trace.theta
         # Without compilation numpy's scalars would warn where the compiled kernel yields inf and rejects.
         with np.errstate(all="ignore"):
-            return int(advance(*self.weights, *arrays, phi, y, *outputs))
+            return int(advance(sizes, *self.weights, *arrays, phi, y, *outputs))
 
 
 def _new_trace(n_samples: int, n_history: int, n: int) -> RunTrace:

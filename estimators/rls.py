@@ -47,7 +47,7 @@ def make_rls(n_phi: int, options: RlsOptions) -> RecursiveEstimator:
         theta = theta + L (y - phi' theta)                         (eq. 2)
         P     = (P - P phi phi' P / (lambda + phi' P phi)) / lambda    (eq. 4)
 
-    computed on the factors of P = U diag(D) U' (Bierman 1977), about 30 to 50 ns a sample for 4 parameters.
+    computed on the factors of P = U diag(D) U' (Bierman 1977), about 20 ns a sample for 4 parameters.
     After N samples it minimises sum lambda^(N-k) (y(k) - phi(k)' theta)^2 plus the start's pull.
 
     Do not use it for a model that is to be simulated when the output is noisy: least squares is then biased

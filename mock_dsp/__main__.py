@@ -1,11 +1,13 @@
 """Command line of the emulated controller, `python -m mock_dsp`; see `--help`.
 
-Prints one line when the port is there, and ends cleanly on SIGTERM or SIGINT. Exit codes: 0 ended by a
-signal, 2 wrong input (one line on stderr).
+Prints one line when the port is there, and ends cleanly on SIGTERM or SIGINT; with `--end-with-parent` also when
+the process that started it is gone, which SIGKILL leaves no time to tell. Exit codes: 0 ended so, 2 wrong input
+(one line on stderr).
 """
 
 import argparse
 import math
+import os
 import signal
 import sys
 import time
@@ -29,10 +31,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         scenario = _make_scenario(options)
         port = PtyPort(options.link, START_BAUD)
+    except FileExistsError as error:
+        sys.stderr.write(f"{error.filename} exists already; choose another path\n")
+        return 2
     except (ScenarioError, OSError) as error:
         sys.stderr.write(f"{error}\n")
         return 2
-    stop = _StopSignal()
+    stop = _StopSignal(options.end_with_parent)
     try:
         emulation = build_emulation(
             scenario,
@@ -50,16 +55,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 class _StopSignal:
-    """Remembers that SIGTERM or SIGINT came; the loop looks at it between two passes."""
+    """Tells the loop, between two passes, that SIGTERM or SIGINT came or that the parent has died.
 
-    def __init__(self) -> None:
+    Args:
+        parent: process to end with, None to outlive it.
+    """
+
+    def __init__(self, parent: int | None) -> None:
         self._came = False
+        self._parent = parent
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, self._take)
 
     def requested(self) -> bool:
         """Return whether the process should end."""
-        return self._came
+        return self._came or self._parent not in (None, os.getppid())
 
     def _take(self, number: int, frame: FrameType | None) -> None:
         self._came = True
@@ -74,6 +84,9 @@ def _parse_arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--speed", type=_parse_speed, default=1.0, help="1 (default), a factor, or max")
     parser.add_argument("--sealed", type=int, metavar="SEED", help="draw hidden effects from this seed")
     parser.add_argument("--answer", type=Path, metavar="FILE", help="where to write what was drawn")
+    parser.add_argument(
+        "--end-with-parent", type=int, metavar="PID", help="end when this process, which started it, is gone"
+    )
     options = parser.parse_args(arguments)
     if options.scenario is None and options.sealed is None:
         parser.error("give --scenario FILE, or --sealed SEED --answer FILE")

@@ -32,8 +32,14 @@ class Drive:
         self._parameters = parameters
         self._clock_ns = clock_ns
         self._under_way = 0
+        self._disarmed = False
         self.lease: Lease | None = None
         self.lease_refusal: DeviceRefusedError | None = None
+
+    @property
+    def armed(self) -> bool:
+        """Whether the drive was switched on and not off again, as far as we know."""
+        return self.lease is not None and not self._disarmed
 
     def arm(self, lease_ms: int) -> int:
         """Switch the drive on and return the lease granted, ms; see `Rig.arm`."""
@@ -44,7 +50,7 @@ class Drive:
             raise self.latched_fault()
         check_reply(command, reply, f"lease_ms={lease_ms}")
         granted_ms = expect(reply, ArmReply).lease_ms
-        self.lease_refusal = None
+        self.lease_refusal, self._disarmed = None, False
         self.lease = Lease(session, granted_ms, self._port.connection.hello.tick_hz, self._clock_ns())
         return granted_ms
 
@@ -60,9 +66,17 @@ class Drive:
             self._port.post(command, partial(self._settle, command, lease))
 
     def disarm(self) -> None:
-        """Ramp to zero and switch off."""
-        self._ask(Disarm())
-        self.lease = None
+        """Ramp to zero and switch off.
+
+        The ramp still runs under the lease, which `keep_alive` goes on to renew: without that, a ramp as long as what
+        is left of the lease would end in the latched safe state. The controller's refusal shows that it rests.
+        """
+        self._disarmed = True
+        try:
+            self._ask(Disarm())
+        except DaqError:
+            self._disarmed = False
+            raise
 
     def estop(self) -> None:
         """Switch off at once and latch."""
@@ -100,4 +114,5 @@ class Drive:
             try:
                 check_reply(command, outcome)
             except DeviceRefusedError as refusal:
-                self.lease, self.lease_refusal = None, refusal
+                self.lease = None
+                self.lease_refusal = None if self._disarmed else refusal

@@ -1,5 +1,6 @@
 """Keeps the link's figures over reconnects, fits the clock, and writes a record of both once a second."""
 
+import logging
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -8,6 +9,7 @@ from daq.driver.link_statistics import LinkStatistics, explain_trouble
 from daq.protocol.host_link import HostLink
 from daq.protocol.replies import LinkStatsReply, PingReply
 
+_LOG = logging.getLogger(__name__)
 _NS_PER_S = 1_000_000_000
 
 
@@ -40,7 +42,10 @@ class LinkMonitor:
         sample = PingSample(
             t_sent_ns=t_sent_ns, t_received_ns=t_received_ns, tick=reply.tick, subtick=reply.subtick
         )
+        steady = self._clock.steady
         self._fitter.step(self._clock, sample)
+        if steady and not self._clock.steady:
+            _LOG.info("the controller's ticks do not follow this host's clock (an emulator at full speed?)")
 
     def note_controller(self, reply: LinkStatsReply) -> None:
         """Take the controller's own counters, which start anew when it restarts."""

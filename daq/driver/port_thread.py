@@ -21,6 +21,7 @@ from daq.driver.frame_queue import FrameQueue
 from daq.driver.handshake import Connection, Handshake
 from daq.driver.monitor import LinkMonitor, clock_note, statistics_note
 from daq.driver.options import RigOptions
+from daq.driver.sink import LINK_LOST_KIND
 from daq.errors import DaqError, DictionaryError, LinkTimeoutError, PortError
 from daq.protocol.codes import EventCode
 from daq.protocol.commands import LinkStats, Ping
@@ -28,6 +29,7 @@ from daq.protocol.link_records import LinkInput
 from daq.protocol.message import Command, Reply
 from daq.protocol.replies import LinkStatsReply, PingReply
 from daq.protocol.reports import Event, Status
+from daq.protocol.stream import LINK_LOST
 
 _LOG = logging.getLogger(__name__)
 _NS_PER_S = 1_000_000_000
@@ -224,7 +226,8 @@ class PortThread:
         lost_ns = self._clock_ns()
         _LOG.warning("link lost: %s", error)
         self.monitor.count(self._conversation.link)
-        self.tap.note("link_lost", {"t_ns": lost_ns, "cause": str(error)})
+        self.tap.note(LINK_LOST_KIND, {"t_ns": lost_ns, "cause": str(error)})
+        self.frames.put([LINK_LOST])
         self._give_up_requests(PortError(f"link lost: {error}"))
         while not self._stopping.wait(_RETRY_S):
             try:

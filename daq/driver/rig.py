@@ -118,7 +118,7 @@ class Rig:
     @property
     def armed(self) -> bool:
         """Whether this rig object holds the drive's lease, as far as it knows."""
-        return self._drive.lease is not None
+        return self._drive.armed
 
     @property
     def lease_refusal(self) -> DeviceRefusedError | None:

@@ -36,6 +36,7 @@ class RunWatch:
         self._fault_tick: int | None = None
         self._tripped_s: float | None = None
         self._heard_s = time.monotonic()
+        self._link_lost = False
         self.newest_tick = 0
         self.start_tick: int | None = None
         self.underruns = 0
@@ -55,6 +56,7 @@ class RunWatch:
 
     def heed(self, blocks: Sequence[SampleBlock], events: Sequence[Event]) -> None:
         """Take note of samples and events."""
+        self._link_lost |= not self._rig.link_up
         if blocks or not self._rig.link_up:
             self._heard_s = time.monotonic()
         for block in blocks:
@@ -72,8 +74,8 @@ class RunWatch:
             self.underruns += event.code == EventCode.UNDERRUN
 
     def is_over(self) -> bool:
-        """Tell whether the recording is as long as it should be."""
-        return self._elapsed_s() >= self._duration_s
+        """Tell whether the recording is as long as it should be, and no trip is waiting for its text."""
+        return self._state is not DriveState.FAULT and self._elapsed_s() >= self._duration_s
 
     def raise_trouble(self) -> None:
         """Raise what has ended the run before its time, if anything has.
@@ -88,11 +90,9 @@ class RunWatch:
                 faults=0,
             )
         if self._state is DriveState.SAFE_TIMEOUT:
-            cause = self._rig.link_statistics().cause or "nothing unusual"
             raise DeviceFaultError(
                 "the drive's lease ran out and it ramped down: no keep-alive reached the controller in time, because "
-                f"host or line stood still (last record of the link: {cause}); clear the fault, relieve the host "
-                "or allow a longer lease, then record again",
+                f"{self._explain_lost_lease()}, then record again",
                 faults=self._faults,
             )
         if self._state is DriveState.FAULT:
@@ -132,6 +132,15 @@ class RunWatch:
         if self.start_tick is None:
             return 0.0
         return max(0, self.newest_tick + 1 - self.start_tick) / self._rig.hello.tick_hz
+
+    def _explain_lost_lease(self) -> str:
+        if self._link_lost:
+            return "the link was lost in between; check the cable and its plugs, clear the fault"
+        cause = self._rig.link_statistics().cause or "nothing unusual"
+        return (
+            f"host or line stood still (last record of the link: {cause}); clear the fault, relieve the host "
+            "or allow a longer lease"
+        )
 
     def _raise_fault(self) -> None:
         """Raise the fault with its text; the event that names it may come a little after the samples that show it."""

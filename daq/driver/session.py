@@ -141,9 +141,9 @@ class _Run:
             if self._feeder is not None:
                 self._feeder.feed(self.watch.newest_tick)
             self._tell(on_progress)
+            self.watch.raise_trouble()  # first: after a lost link, the end of the time and a trip may come in one batch
             if self.watch.is_over():
                 return RecordEnd.DONE, None
-            self.watch.raise_trouble()
         return RecordEnd.STOPPED, None
 
     def _take(self, blocks: list[SampleBlock], on_blocks: OnBlocks | None) -> None:
@@ -168,6 +168,7 @@ class _Run:
             deadline_s = time.monotonic() + _REST_S
             while self.watch.state in _MOVING and time.monotonic() < deadline_s:
                 self._take(rig.next_blocks(_PULL_S), on_blocks)
+                rig.keep_alive()
             rig.stop_stream()
             self._take(rig.next_blocks(0.0), on_blocks)
 

@@ -1,9 +1,12 @@
 """Where received octets are kept before anything judges them: the journal, or a list in a test."""
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 from daq.errors import JournalWriteError
+
+LINK_LOST_KIND: Final = "link_lost"
+"""The note at the place where the link was lost: a frame under way there will never be completed."""
 
 
 class RecordSink(Protocol):

@@ -31,6 +31,10 @@ STREAM_TYPES: Final = frozenset(
 )
 """Types of the messages that the assembler reads; it passes over all others."""
 
+LINK_LOST: Final = b"\xff"
+"""Stands between messages where the link was lost: what is missing up to the next sample is missing for that. No
+message is a single octet."""
+
 HEADER_OCTETS: Final = 10
 
 
@@ -120,8 +124,8 @@ class StreamAssembler:
     def feed(self, bodies: Sequence[bytes]) -> list[SampleBlock]:
         """Take received messages in their order and return the blocks they complete.
 
-        Args: bodies: Messages without CRC, as `FrameDecoder.feed` returns them; those of no concern are
-            passed over.
+        Args: bodies: Messages without CRC, as `FrameDecoder.feed` returns them, and `LINK_LOST`; those of no
+            concern are passed over.
         """
         blocks = [block for run in _runs(bodies) if (block := self._read_run(run)) is not None]
         gaps = self._axis.take_gaps()
@@ -173,6 +177,9 @@ class StreamAssembler:
         )
 
     def _heed_reply(self, body: bytes) -> None:
+        if body == LINK_LOST:
+            self._axis.break_off(GapCause.RECONNECT)
+            return
         try:
             _, reply = decode_message(body)
         except FrameError:
@@ -209,9 +216,9 @@ def _frame_dtype(batch: int, channels: int) -> np.dtype[np.void]:
 def _runs(bodies: Sequence[bytes]) -> Iterator[Sequence[bytes]]:
     """Cut messages into runs that can be read together: stream frames of one shape, or replies."""
     if bodies and len(set(map(len, bodies))) == 1 and len({(b[0], b[2:4]) for b in bodies}) == 1:
-        if bodies[0][0] in STREAM_TYPES:
+        if bodies[0][0] in STREAM_TYPES or bodies[0] == LINK_LOST:
             yield bodies
         return
     for shape, run in groupby(bodies, key=lambda body: (body[0], len(body), body[2:4])):
-        if shape[0] in STREAM_TYPES:
+        if shape[0] in STREAM_TYPES or shape[0] == LINK_LOST[0]:
             yield list(run)

@@ -141,7 +141,7 @@ class TickAxis:
             ahead = _signed(tick - self._raw_next)
             if cause is GapCause.REBOOT or ahead < 0:
                 self._rebase(tick, cause)
-            else:
+            elif ahead > 0:
                 self._skip(ahead, cause)
         elif self._known:
             # Between a stop and a start nothing is missing; nor does a counter set back turn the axis back.

@@ -2,15 +2,17 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from daq.protocol.stream import SampleBlock
 from daq.recording.recording import GapSpan
 
+if TYPE_CHECKING:  # reading a recording needs nothing of the protocol, whose import takes its time
+    from daq.protocol.stream import SampleBlock
 
-def place_gaps(block: SampleBlock, rows_before: int, first_tick: int, tick_hz: float) -> list[GapSpan]:
+
+def place_gaps(block: "SampleBlock", rows_before: int, first_tick: int, tick_hz: float) -> list[GapSpan]:
     """Return a block's gaps on the rows and the time axis of the whole recording.
 
     Args:

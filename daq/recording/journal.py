@@ -21,6 +21,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from daq.driver.sink import LINK_LOST_KIND
 from daq.errors import JournalWriteError
 from daq.protocol.framing import DELIMITER, encode_frame
 
@@ -89,7 +90,9 @@ class Journal:
             self._mid_frame = not raw.endswith(DELIMITER)
 
     def note(self, kind: str, data: Mapping[str, Any]) -> None:
-        """Write a remark of the host at this place in the stream.
+        """Write a remark of the host at this place in the stream, or at the end of the frame under way.
+
+        A frame that a lost link cut off is ended first: its rest will not come, and what comes next is no part of it.
 
         Args:
             kind: what it is, for example `clock_fit`; see docs/recordings.md for the kinds that finalising
@@ -101,10 +104,14 @@ class Journal:
         """
         frame = _json_frame(NOTE_TYPE, {"kind": kind, "data": data})
         with self._lock:
-            if self._mid_frame:
-                self._waiting_notes.append(frame)
-            else:
+            if not self._mid_frame:
                 self._write(frame)
+            elif kind == LINK_LOST_KIND:
+                self._write(b"".join([DELIMITER, *self._waiting_notes, frame]))
+                self._waiting_notes.clear()
+                self._mid_frame = False
+            else:
+                self._waiting_notes.append(frame)
 
     def sync(self) -> None:
         """Force what was written onto the medium, which bounds what a power cut can take.

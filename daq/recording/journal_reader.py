@@ -14,11 +14,12 @@ from typing import Any, Final
 
 import pyarrow as pa
 
+from daq.driver.sink import LINK_LOST_KIND
 from daq.errors import RecordingError
 from daq.protocol.framing import FrameCounters, FrameDecoder
 from daq.protocol.messages import encode_message
 from daq.protocol.replies import StreamConfigReply
-from daq.protocol.stream import SampleBlock, StreamAssembler
+from daq.protocol.stream import LINK_LOST, SampleBlock, StreamAssembler
 from daq.recording.header import check_header, dictionary_of
 from daq.recording.journal import CLOSED_KIND, HEADER_TYPE, NOTE_TYPE
 
@@ -83,8 +84,17 @@ class JournalReader:
             yield from self._take(self._decoder.feed(chunk))
 
     def _take(self, bodies: list[bytes]) -> list[SampleBlock]:
-        self.notes.extend(_parse_note(body) for body in bodies if body[0] == NOTE_TYPE)
-        return self._assembler.feed([body for body in bodies if body[0] != NOTE_TYPE])
+        """Keep the notes and assemble the rest, with the mark that the live path has where the link was lost."""
+        messages = []
+        for body in bodies:
+            if body[0] != NOTE_TYPE:
+                messages.append(body)
+                continue
+            note = _parse_note(body)
+            self.notes.append(note)
+            if note.kind == LINK_LOST_KIND:
+                messages.append(LINK_LOST)
+        return self._assembler.feed(messages)
 
     def _read_chunks(self) -> Iterator[bytes]:
         compression = "zstd" if self.path.suffix == ARCHIVE_SUFFIX else None

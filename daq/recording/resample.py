@@ -26,7 +26,7 @@ from daq.recording.recording import TIME, FloatArray, Recording, recording_from_
 PASS_BAND: Final = 0.7  # of the new Nyquist frequency
 STOP_BAND_DB: Final = 70.0  # asked of the window's formula, good to a few dB; 60 dB are tested
 
-_PIECE: Final = 4096  # output samples computed at a time
+_PIECE: Final = 512  # output samples computed at a time: small enough for BLAS not to start threads
 
 
 @lru_cache(maxsize=16)

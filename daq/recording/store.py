@@ -205,9 +205,10 @@ def _read_float(path: Path, column: str, convert: Callable[[AnyArray], FloatArra
         values = np.empty(file.metadata.num_rows)
         row = 0
         for group in range(file.num_row_groups):
-            stored = file.read_row_group(group, columns=[column]).column(0).to_numpy()
-            values[row : row + len(stored)] = convert(stored)
-            row += len(stored)
+            for chunk in file.read_row_group(group, columns=[column]).column(0).iterchunks():
+                # Not to_numpy: that loads pandas where it is installed, which takes longer than an estimate may.
+                values[row : row + len(chunk)] = convert(np.from_dlpack(chunk))
+                row += len(chunk)
     return values
 
 

@@ -19,6 +19,8 @@ HOLE_CAUSE: Final = "hole"
 # Steps that differ by less than this share of the sample time are one regular time base, written with few
 # digits.
 UNIFORM_TOLERANCE: Final = 0.01
+# A time axis is no more exact than this.
+_RESOLUTION_S: Final = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,10 +71,14 @@ def analyse_time_base(time_s: FloatArray) -> TimeBaseReport:
     """
     check_time(time_s)
     steps = np.diff(time_s)
-    nominal = round(float(np.median(steps)), 12)  # the time axis itself is no more exact
-    is_hole = steps > 1.5 * np.quantile(steps, 0.95)
-    deviation = steps[~is_hole] - nominal
-    rows = np.flatnonzero(is_hole) + 1
+    shortest, longest = float(steps.min()), float(steps.max())
+    # Where all steps agree to rounding, any of them is the median; sorting millions would take longest here.
+    typical = shortest if longest - shortest < _RESOLUTION_S else float(np.median(steps))
+    nominal = round(typical, 12)
+    # No step is a hole when the longest is within 1.5 times the shortest, whatever the quantile is.
+    is_regular = longest <= 1.5 * shortest
+    rows = np.flatnonzero(() if is_regular else steps > 1.5 * np.quantile(steps, 0.95)) + 1
+    deviation = (np.delete(steps, rows - 1) if len(rows) else steps) - nominal
     holes = tuple(
         GapSpan(
             row=int(row),
@@ -82,11 +88,11 @@ def analyse_time_base(time_s: FloatArray) -> TimeBaseReport:
         )
         for row in rows
     )
-    jitter_max = float(np.abs(deviation).max())
+    jitter_max = float(max(deviation.max(), -deviation.min()))
     return TimeBaseReport(
         sample_time_s=nominal,
         mean_step_s=nominal + float(deviation.mean()),
-        jitter_rms_s=float(np.sqrt(np.mean(deviation**2))),
+        jitter_rms_s=math.sqrt(deviation @ deviation / len(deviation)),
         jitter_max_s=jitter_max,
         holes=holes,
         uniform=jitter_max <= UNIFORM_TOLERANCE * nominal,

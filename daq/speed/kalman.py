@@ -19,7 +19,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from daq.speed.kernels import filter_forward, make_schedule, smooth_backward
+from daq.speed.kernels import filter_forward, smooth_backward
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -34,7 +34,36 @@ _SETTLED = 24.0
 @lru_cache(maxsize=16)
 def _schedule(relative_w0: float) -> FloatArray:
     start = _START_VARIANCE * np.array([1.0, relative_w0**2, relative_w0**4])
-    return make_schedule(relative_w0**6, start, math.ceil(_SETTLED / relative_w0))
+    return _make_schedule(relative_w0**6, start, math.ceil(_SETTLED / relative_w0))
+
+
+def _make_schedule(process: float, start_variance: FloatArray, length: int) -> FloatArray:
+    """Return the gains of the first `length` samples after a start, shape (length, 7).
+
+    Not compiled: it runs once for each filter, about 20 us a row, and matrix products in a kernel would make
+    numba compile for seconds.
+
+    Args:
+        process: intensity of the white jerk over the variance of the position noise, in sample units.
+        start_variance: variances of the state before the first sample, shape (3,), noise variance = 1.
+        length: rows to compute.
+    """
+    transition = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])
+    noise = process * np.array([[0.05, 0.125, 1.0 / 6.0], [0.125, 1.0 / 3.0, 0.5], [1.0 / 6.0, 0.5, 1.0]])
+    predicted = np.diag(start_variance)
+    schedule = np.empty((length, 7))
+    for row in schedule:
+        innovation_variance = predicted[0, 0] + 1.0
+        gain = predicted[:, 0] / innovation_variance
+        # Joseph's form: stays positive although the variances span ten orders of magnitude.
+        reduction = np.eye(3)
+        reduction[:, 0] -= gain
+        filtered = reduction @ predicted @ reduction.T + np.outer(gain, gain)
+        row[:3] = gain
+        row[3] = 1.0 / innovation_variance
+        row[4:] = filtered[1]
+        predicted = transition @ filtered @ transition.T + noise
+    return schedule
 
 
 class KalmanSpeed:

@@ -14,33 +14,6 @@ FloatArray = npt.NDArray[np.float64]
 
 
 @njit(cache=True)
-def make_schedule(process: float, start_variance: FloatArray, length: int) -> FloatArray:
-    """Return the gains of the first `length` samples after a start, shape (length, 7).
-
-    Args:
-        process: intensity of the white jerk over the variance of the position noise, in sample units.
-        start_variance: variances of the state before the first sample, shape (3,), noise variance = 1.
-        length: rows to compute.
-    """
-    transition = np.array([[1.0, 1.0, 0.5], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]])
-    noise = process * np.array([[0.05, 0.125, 1.0 / 6.0], [0.125, 1.0 / 3.0, 0.5], [1.0 / 6.0, 0.5, 1.0]])
-    predicted = np.diag(start_variance)
-    schedule = np.empty((length, 7))
-    for k in range(length):
-        innovation_variance = predicted[0, 0] + 1.0
-        gain = predicted[:, 0] / innovation_variance
-        # Joseph's form: stays positive although the variances span ten orders of magnitude.
-        reduction = np.eye(3)
-        reduction[:, 0] -= gain
-        filtered = reduction @ predicted @ reduction.T + np.outer(gain, gain)
-        schedule[k, :3] = gain
-        schedule[k, 3] = 1.0 / innovation_variance
-        schedule[k, 4:] = filtered[1]
-        predicted = transition @ filtered @ transition.T + noise
-    return schedule
-
-
-@njit(cache=True)
 def filter_forward(
     schedule: FloatArray, position: FloatArray, state: FloatArray, speed: FloatArray, innovation: FloatArray
 ) -> None:

@@ -15,12 +15,15 @@ algorithm (the correction) and by rank-one Agee-Turner updates (the widening); s
 Factorization Methods for Discrete Sequential Estimation, 1977, chapters III and V, and app. III.C.
 D cannot become negative, so P stays a covariance however long the input is silent.
 
-A step works on scratch copies and commits them only when every new number is finite.
+There are two copies of theta, U and D. A step reads one and writes the other; when every new number is
+finite they change roles, and a rejected sample needs no undoing.
 
 `error_model="numpy"` stands for two things: a division cannot raise, and the inner loops lose a branch.
 `fastmath={"contract"}` allows fused multiply-add and nothing that could change how a NaN is treated.
-`advance` takes its arrays one by one and its parts are inlined: with tuples of arrays, or with calls, a
-sample costs a third more; small copy loops of their own, which the compiler vectorises, cost as much again.
+`advance` learns its sizes from the lengths of tuples, which belong to their type: it is compiled once for
+each pair of sizes, with every loop over parameters unrolled, and a sample costs half of what it does with
+sizes known at run time only. It takes its arrays one by one and its parts are inlined: with tuples of arrays,
+or with calls, a sample costs a third more. Counters kept in local variables make it slower, not faster.
 The parts stay in this file because numba's cache does not notice a change elsewhere.
 """
 
@@ -65,30 +68,49 @@ def widen_covariance(U: Matrix, D: Vector, rw: Vector, a: Vector) -> None:
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def correct_covariance(U: Matrix, D: Vector, f: Vector, v: Vector, w: float, b: Vector) -> None:
-    """Replace U, D by the factors of P - w P x x' P / (1 + w x' P x) and set b to P x.
+def correct_covariance(
+    U: Matrix,
+    D: Vector,
+    f: Vector,
+    v: Vector,
+    w: float,
+    grow: float,
+    pull: Vector,
+    b: Vector,
+    U_new: Matrix,
+    D_new: Vector,
+) -> None:
+    """Set U_new, D_new to the factors of grow (P - w P x x' P / (1 + w x' P x)) and b to P x.
 
     Args:
-        U: factor of P, shape (n, n), changed in place.
-        D: factor of P, shape (n,), changed in place.
+        U: factor of P, shape (n, n).
+        D: factor of P, shape (n,).
         f: U' x, shape (n,).
         v: D f, shape (n,).
         w: weight of the sample; negative for the growing case of directional forgetting.
+        grow: 1 / lambda, or 1 for no forgetting.
+        pull: scratch, shape (n,).
         b: receives P x with the old P, shape (n,).
+        U_new: receives the new factor; may be U itself.
+        D_new: receives the new factor; may be D itself.
     """
+    n = b.shape[0]
     inverse = 1.0
     alpha = 1.0
-    for j in range(D.shape[0]):
-        pull = w * f[j] * inverse
+    for j in range(n):
+        push = w * f[j]
+        pull[j] = push * inverse
         previous = alpha
-        alpha += w * f[j] * v[j]
+        alpha += push * v[j]
         inverse = 1.0 / alpha
-        D[j] *= previous * inverse
-        b[j] = v[j]
-        for i in range(j):
+        D_new[j] = D[j] * (previous * inverse) * grow
+    for i in range(n):
+        total = v[i]
+        for j in range(i + 1, n):
             u = U[i, j]
-            U[i, j] = u - pull * b[i]
-            b[i] += u * v[j]
+            U_new[i, j] = u - pull[j] * total
+            total += u * v[j]
+        b[i] = total
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
@@ -131,14 +153,21 @@ def copy_factors(
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def gather_regressor(phi: Matrix, k: int, memory: Vector, lagged: bool, x: Vector) -> None:
+def reset_covariance(p0: Vector, U: Matrix, D: Vector) -> None:
+    """Set U to the unit matrix and D to the start values."""
+    for j in range(D.shape[0]):
+        D[j] = p0[j]
+        for i in range(j):
+            U[i, j] = 0.0
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def gather_regressor(phi: Matrix, k: int, memory: Vector, lagged: bool, n_phi: int, x: Vector) -> None:
     """Fill x with the regressor of sample k: phi and the past residuals, or the stored regressor."""
-    n_phi = phi.shape[1]
-    for i in range(x.shape[0]):
-        if lagged:
-            x[i] = memory[i]
-        else:
-            x[i] = phi[k, i] if i < n_phi else memory[i - n_phi]
+    for i in range(n_phi):
+        x[i] = memory[i] if lagged else phi[k, i]
+    for i in range(n_phi, x.shape[0]):
+        x[i] = memory[i - n_phi]
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
@@ -159,20 +188,22 @@ def project_regressor(
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def remember_sample(phi: Matrix, k: int, memory: Vector, lagged: bool, residual: float) -> None:
+def remember_sample(
+    phi: Matrix, k: int, memory: Vector, lagged: bool, n_phi: int, n_residuals: int, residual: float
+) -> None:
     """Store what the next sample needs: this regressor, or this residual before the older ones."""
     if lagged:
-        for i in range(memory.shape[0]):
+        for i in range(n_phi):
             memory[i] = phi[k, i]
-        return
-    for i in range(memory.shape[0] - 1, 0, -1):
+    for i in range(n_residuals - 1, 0, -1):
         memory[i] = memory[i - 1]
-    if memory.shape[0] > 0:
+    if n_residuals > 0:
         memory[0] = residual
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def advance(
+    sizes: tuple[tuple[int, ...], tuple[int, ...]],
     lam: float,
     rv: float,
     rw: Vector,
@@ -197,63 +228,72 @@ def advance(
 ) -> int:
     """Advance the state through all samples in place and return how many were rejected.
 
-    The arguments are the fields of `estimators.weights.Weights`, those of `estimators.state.EstimatorState`, the
-    regressors without residual terms (N, n_phi) and outputs (N,), and the fields of
-    `estimators.recursive.RunTrace`, which are written; `history` may have no rows. A rejected sample leaves
-    the state as it was, but for the count of rejections.
+    The arguments are two tuples, as long as the regressor is without residual terms and as there are residual
+    terms (only their lengths matter), the fields of
+    `estimators.weights.Weights`, those of `estimators.state.EstimatorState`, the regressors without residual
+    terms (N, n_phi) and outputs (N,), and the fields of `estimators.recursive.RunTrace`, which are written;
+    `history` may have no rows. A rejected sample leaves the state as it was, but for the count of rejections.
     """
-    n = theta.shape[0]
-    x, f, v, b = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    theta_new, U_new, D_new = theta.copy(), U.copy(), D.copy()
+    n_phi, n_residuals = len(sizes[0]), len(sizes[1])
+    n = n_phi + n_residuals
+    x, f, v, b, pull = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    thetas, Us, Ds = np.empty((2, n)), np.empty((2, n, n)), np.empty((2, n))
+    copy_factors(theta, U, D, thetas[0], Us[0], Ds[0])
+    old, new = 0, 1
     forgets = lam < 1.0
     noise = rv if directional else lam * rv
     keep_history = history.shape[0] > 0
     rejections = 0
     for k in range(y.shape[0]):
-        gather_regressor(phi, k, memory, lagged, x)
+        gather_regressor(phi, k, memory, lagged, n_phi, x)
+        source = old
         if reset_interval > 0 and counters[ACCEPTED] > 0 and counters[ACCEPTED] % reset_interval == 0:
-            copy_factors(theta, np.eye(n), p0, theta_new, U_new, D_new)
+            source = new
+            reset_covariance(p0, Us[new], Ds[new])
         if widen:
-            widen_covariance(U_new, D_new, rw, b)
-        prior, excitation = project_regressor(U_new, D_new, theta, x, f, v)
-        at_limit = forgets and covariance_trace(U_new, D_new) > trace_limit
+            if source == old:
+                source = new
+                copy_factors(thetas[old], Us[old], Ds[old], thetas[new], Us[new], Ds[new])
+            widen_covariance(Us[new], Ds[new], rw, b)
+        prior, excitation = project_regressor(Us[source], Ds[source], thetas[old], x, f, v)
+        at_limit = forgets and covariance_trace(Us[source], Ds[source]) > trace_limit
         weight = choose_weight(lam, directional, excitation / rv, at_limit) / rv
-        correct_covariance(U_new, D_new, f, v, weight, b)
+        grow = 1.0 / lam if forgets and not at_limit and not directional else 1.0
+        correct_covariance(Us[source], Ds[source], f, v, weight, grow, pull, b, Us[new], Ds[new])
         s = noise + excitation
         step = (y[k] - prior) / s
-        grow = 1.0 / lam if forgets and not at_limit and not directional else 1.0
         # `check` sums every new number: it is finite only if all of them are.
         posterior, check = 0.0, 0.0
         for j in range(n):
-            theta_new[j] = theta[j] + b[j] * step
-            D_new[j] *= grow
-            check += theta_new[j] + D_new[j]
+            moved = thetas[old, j] + b[j] * step
+            thetas[new, j] = moved
+            check += moved + Ds[new, j]
             for i in range(j):
-                check += U_new[i, j]
-            posterior += x[j] * theta_new[j]
+                check += Us[new, i, j]
+            posterior += x[j] * moved
             if keep_history:
-                history[k, j] = theta_new[j]
+                history[k, j] = moved
         if lagged:
-            for i in range(phi.shape[1]):
+            for i in range(n_phi):
                 check += phi[k, i]
         loss = lam * counters[LOSS] + (y[k] - prior) * (y[k] - posterior) / rv
         accepted = np.isfinite(check + loss)
         if accepted:
-            copy_factors(theta_new, U_new, D_new, theta, U, D)
-            remember_sample(phi, k, memory, lagged, y[k] - posterior)
+            old, new = new, old
+            remember_sample(phi, k, memory, lagged, n_phi, n_residuals, y[k] - posterior)
             counters[ACCEPTED] += 1.0
             counters[WEIGHT] = lam * counters[WEIGHT] + 1.0
             counters[WEIGHT_SQUARED] = lam * lam * counters[WEIGHT_SQUARED] + 1.0
             counters[LOSS] = loss
         else:
-            copy_factors(theta, U, D, theta_new, U_new, D_new)
             counters[REJECTED] += 1.0
             rejections += 1
-            if keep_history:
-                history[k, :] = theta
+            for j in range(n if keep_history else 0):
+                history[k, j] = thetas[old, j]
             posterior = np.nan
         rejected[k] = not accepted
         priors[k] = prior
         posteriors[k] = posterior
         variances[k] = s
+    copy_factors(thetas[old], Us[old], Ds[old], theta, U, D)
     return rejections

@@ -122,7 +122,9 @@ def read_scenario(path: Path) -> Scenario:
     """
     try:
         raw = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+    except OSError as error:
+        raise ScenarioError(f"{path}: {error.strerror}; see config/scenarios/") from error
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
         raise ScenarioError(f"{path}: {error}") from error
     if not isinstance(raw, dict):
         raise ScenarioError(f"{path}: expected a mapping with the keys {', '.join(Scenario.model_fields)}")

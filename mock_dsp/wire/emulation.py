@@ -2,8 +2,9 @@
 
 One pass: read what the host sent, let the program answer, let some ticks pass, write what left the line. At
 1x and N x the ticks come from the wall clock and the octets at the modelled baud. At speed `max` time runs
-freely while something runs (a stream, an excitation), held back only by the host's duties and by a port
-that is full; while nothing runs it keeps to the wall clock, so that an idle controller costs next to nothing.
+freely while something runs (a stream, an excitation); while nothing runs it keeps to the wall clock, so that an
+idle controller costs next to nothing. At every speed beyond 1x the host's duties and a port that is full hold time
+back: no host promises to be faster than real time.
 """
 
 import math
@@ -28,7 +29,7 @@ PACED_BLOCK_TICKS = 25
 READ_OCTETS = 4096
 FREE_RING_OCTETS = 65536
 FULL_OCTETS = 4096
-"""Octets waiting for a host that does not read, beyond which time is held at speed `max`."""
+"""Octets waiting for a host that does not read, beyond which time is held at speeds beyond 1x."""
 PATIENCE_TICKS = TICK_HZ
 """How long, on the wall clock, a driven rig waits for a host that does not read."""
 BUSY_WAIT_S = 0.004
@@ -86,10 +87,10 @@ class Emulation:
     ) -> None:
         self._boot = boot
         self._port = port
-        self._speed = speed
         self._faults = faults
         self._clock_ns = clock_ns
         self._unpaced = math.isinf(speed)
+        self._waits = speed > 1.0
         paced = not self._unpaced
         self._transmit = TransmitLine(
             line,
@@ -136,6 +137,9 @@ class Emulation:
         ticks = self._allowed_ticks()
         if not self._unpaced:
             self._serve_host(ticks, baud)
+            ticks = min(ticks, self._block_ticks)  # a stream that has just been started fills the ring
+        if not self._free:
+            self._pace.grant(ticks)
         if ticks:
             self._controller.advance(ticks)
         self._elapsed += ticks
@@ -166,16 +170,14 @@ class Emulation:
         allowed = min(self._held_ticks(t_ns), self._faults.ticks_to_next(self._elapsed))
         if free:
             return int(min(allowed, self._block_ticks))
-        ticks = int(min(allowed, self._pace.due_ticks(t_ns), self._block_ticks))
-        self._pace.grant(ticks)
-        return ticks
+        return int(min(allowed, self._pace.due_ticks(t_ns), self._block_ticks))
 
     def _held_ticks(self, t_ns: int) -> float:
-        """Return how many ticks the host's duties allow; the real-time line waits for nobody."""
-        if self._speed == 1.0 or self._line_down:
+        """Return how many ticks the host's duties allow; a line in real time waits for nobody."""
+        if not self._waits or self._line_down:
             return math.inf
         duties = self._controller.duties()
-        if self._free and len(self._unsent) + self._transmit.backlog > FULL_OCTETS:
+        if self._controller.busy and len(self._unsent) + self._transmit.backlog > FULL_OCTETS:
             if not self._controller.powered:
                 return 0
             duties.append(HostDuty(left_ticks=0, full_ticks=PATIENCE_TICKS))
@@ -198,8 +200,8 @@ class Emulation:
             self._unplug()
             return
         accepted = self._port.write(self._unsent)
-        # A real line does not wait: at a paced speed, what the host has no room for is lost on it.
-        self._unsent = self._unsent[accepted:] if self._unpaced else b""
+        # A real line does not wait: what the host has no room for is lost on it.
+        self._unsent = self._unsent[accepted:] if self._waits else b""
 
     def _through_uart(self, octets: bytes, sent_baud: int, sampled_baud: int) -> bytes:
         if abs(sent_baud - sampled_baud) <= _BAUD_TOLERANCE * sent_baud:

@@ -4,7 +4,7 @@ Theory of operation. The controller's program counts ticks and knows nothing of 
 ticks follow the wall clock; when this process was held up for longer than `MAX_LAG_NS`, the ticks in
 between are given up instead of being caught up in one go, because the keep-alives that the host sent
 meanwhile would all be read before them and the lease would expire for no fault of the host.
-At any other speed than 1x the time must not outrun the host: as soon as less than half is left of
+At any speed beyond 1x the time must not outrun the host: as soon as less than half is left of
 something that the host owes (the lease, the next set-points), time stands still until the host has sent it,
 or until the whole duration of that duty has passed on the wall clock. Then time goes on and the drive trips,
 as it would on a real rig whose host has died.

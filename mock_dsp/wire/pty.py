@@ -123,6 +123,7 @@ class PtyPort:
             raise LinkPathError(
                 errno.EEXIST, "not a symbolic link: choose another --link path", str(self._link)
             )
+        self._link.parent.mkdir(parents=True, exist_ok=True)
         fresh = self._link.with_name(f".{self._link.name}.{os.getpid()}")
         with suppress(FileNotFoundError):
             fresh.unlink()

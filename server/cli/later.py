@@ -8,8 +8,6 @@ from server.errors import InputError
 
 LATER = {
     "serve": "the REST service and its page",
-    "gap": "the discrepancy workflow",
-    "simulate": "the grey-box simulation of a joint",
     "token": "access tokens of the service",
 }
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import typer
 
-from server.cli import convert, demo, identify, later, rigs, run
+from server.cli import convert, demo, gap, identify, later, rigs, run, simulate
 from server.cli.exit_codes import ExitCode, exit_code
 
 HELP = """Find out what a motor-driven robot joint really does.
@@ -32,7 +32,7 @@ def options(
     """Accept options that stand before the command; `main` reads --debug itself, since errors end there."""
 
 
-for module in (run, identify, convert, rigs, demo, later):
+for module in (run, identify, gap, simulate, convert, rigs, demo, later):
     module.register(app)
 
 

@@ -9,9 +9,10 @@ from pathlib import Path
 from rich.console import Console
 
 from server.cli.progress import make_listener
-from server.cli.results import show_identification
+from server.cli.results import show_gap, show_identification
 from server.cli.tables import print_plan
-from server.services.campaign import run_campaign
+from server.reports.write import REPORT_NAME
+from server.services.campaign import CampaignResult, run_campaign
 from server.services.plan import CampaignPlan
 
 
@@ -20,16 +21,25 @@ def show_plan(plan: CampaignPlan) -> None:
     print_plan(Console(), plan)
 
 
-def play(plan: CampaignPlan, folder: Path) -> None:
-    """Run a campaign in `folder`, with progress on the terminal and every result printed at the end."""
+def play(plan: CampaignPlan, folder: Path, page_name: str = REPORT_NAME) -> CampaignResult:
+    """Run a campaign in `folder`, with progress on the terminal and every result printed at the end.
+
+    Args:
+        plan: what to do.
+        folder: run folder, without an earlier run.
+        page_name: what the reports of identifications are called.
+    """
     console = Console()
     with make_listener(console) as listener, stop_on_interrupt() as stop:
         result = run_campaign(plan, folder, listener, stop)
     for identification, out in result.identifications:
-        show_identification(identification, out)
+        show_identification(identification, out, page_name)
+    for analysis in result.gaps:
+        show_gap(analysis)
     # Once more, for the files of the reports.
     manifest = result.manifest.write(folder)
     console.print(f"run folder: {folder} ({manifest.name})", highlight=False, soft_wrap=True)
+    return result
 
 
 @contextlib.contextmanager

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from server.errors import InputError
+from server.errors import InputError, InputLocation
 
 DEVICES_HELP = """List the ports that could lead to a controller.
 
@@ -15,6 +15,8 @@ Example: [bold]jointscope devices --links out/rigs[/bold]
 EMULATE_HELP = """Run the emulated controller until Ctrl-C; prints the port to connect to.
 
 Example: [bold]jointscope emulate --scenario config/scenarios/nominal.yaml --link out/rigs/joint1[/bold]
+
+Then set link.url of a rig file to that link. Hidden effects to find: --sealed 7 --answer out/answer.json
 """
 
 
@@ -61,8 +63,14 @@ def emulate(
     """Become the emulated controller's process."""
     if scenario is None and sealed is None:
         raise InputError("emulate: give --scenario FILE, or --sealed SEED with --answer FILE")
+    if (sealed is None) != (answer is None):
+        raise InputError("emulate: --sealed SEED and --answer FILE belong together")
+    if scenario is not None and not scenario.is_file():
+        raise InputError("no such scenario file; see config/scenarios/", InputLocation(source=scenario))
     from server.services.emulator import emulator_command
+    from server.services.loading import parse_speed
 
+    parse_speed(speed)
     given = {"--scenario": scenario, "--speed": speed, "--link": link, "--sealed": sealed, "--answer": answer}
     extra = [text for name, value in given.items() if value is not None for text in (name, str(value))]
     command = emulator_command(extra)

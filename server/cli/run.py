@@ -18,7 +18,7 @@ def register(app: typer.Typer) -> None:
     app.command("run", help=HELP)(run)
 
 
-def run(
+def run(  # noqa: PLR0913  # one parameter for each option of the command
     campaign: Annotated[Path, typer.Argument(help="Campaign file, see config/campaigns/.")],
     rig: Annotated[
         Path | None, typer.Option("--rig", help="Rig file; replaces the one that the campaign names.")
@@ -36,13 +36,21 @@ def run(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Check and predict every step; move nothing.")
     ] = False,
+    clear_fault: Annotated[
+        bool,
+        typer.Option(
+            "--clear-fault", help="Clear a latched fault first. See that the rig is safe before you do."
+        ),
+    ] = False,
 ) -> None:
     """Run or plan one campaign."""
     from server.cli.playing import play, show_plan
     from server.services.loading import RunChoices, load_plan
     from server.services.run_folder import default_folder, recover_folder, set_aside_previous
 
-    plan = load_plan(RunChoices(campaign=campaign, rig=rig, emulate=emulate, speed=speed))
+    plan = load_plan(
+        RunChoices(campaign=campaign, rig=rig, emulate=emulate, speed=speed, clear_fault=clear_fault)
+    )
     if dry_run:
         show_plan(plan)
         return

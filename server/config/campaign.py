@@ -15,6 +15,11 @@ DEFAULT_OUTPUT = "speed_rad_s"
 StepName = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.-]+$")]
 
 
+def _as_list(value: object) -> object:
+    """Take a single name for a list of one."""
+    return [value] if isinstance(value, str) else value
+
+
 class RecordStep(StrictModel):
     """Play one excitation and record it."""
 
@@ -51,6 +56,15 @@ class IdentifyStep(StrictModel):
     output: str = DEFAULT_OUTPUT
 
 
+class GapStep(StrictModel):
+    """Find what a joint's model lacks, from records of this campaign."""
+
+    step: Literal["gap"]
+    model: Path
+    train: Annotated[tuple[StepName, ...], Field(min_length=1), BeforeValidator(_as_list)]
+    test: Annotated[tuple[StepName, ...], Field(min_length=1), BeforeValidator(_as_list)]
+
+
 class WaitStep(StrictModel):
     """Let the rig rest, for example to cool down."""
 
@@ -69,6 +83,7 @@ class SetStep(StrictModel):
 STEPS: dict[str, type[StrictModel]] = {
     "record": RecordStep,
     "identify": IdentifyStep,
+    "gap": GapStep,
     "wait": WaitStep,
     "set": SetStep,
 }
@@ -84,10 +99,6 @@ def _unwrap(entry: Any) -> Any:  # Any: whatever stood in the YAML file
             {"shown": shown or "nothing", "allowed": ", ".join(STEPS)},
         )
     ((kind, body),) = entry.items()
-    if kind == "gap":
-        raise PydanticCustomError(
-            "rule", "gap: the discrepancy workflow comes with a later version; remove this step"
-        )
     if kind not in STEPS:
         message = 'unknown step "{kind}"{suggestion} allowed: {allowed}'
         details = {
@@ -104,7 +115,7 @@ def _unwrap(entry: Any) -> Any:  # Any: whatever stood in the YAML file
 
 
 Step = Annotated[
-    Annotated[RecordStep | IdentifyStep | WaitStep | SetStep, Field(discriminator=STEP_TAG)],
+    Annotated[RecordStep | IdentifyStep | GapStep | WaitStep | SetStep, Field(discriminator=STEP_TAG)],
     BeforeValidator(_unwrap),
 ]
 
@@ -133,9 +144,11 @@ class Campaign(StrictModel):
                 if step.name in records:
                     _refuse(index, "record.name", f'"{step.name}" stands twice; records need different names')
                 records.append(step.name)
-            if isinstance(step, IdentifyStep):
+            if isinstance(step, IdentifyStep | GapStep):
                 for field in ("train", "test"):
-                    _require_record(index, field, getattr(step, field), records)
+                    names = getattr(step, field)
+                    for name in (names,) if isinstance(names, str) else names:
+                        _require_record(index, f"{step.step}.{field}", name, records)
         return self
 
 
@@ -146,7 +159,7 @@ def _require_record(index: int, field: str, name: str, records: list[str]) -> No
     hint = suggest(name, records) or ";"
     _refuse(
         index,
-        f"identify.{field}",
+        field,
         f'no record step before this one is called "{name}"{hint} there is: {known}',
     )
 

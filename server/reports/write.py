@@ -12,13 +12,13 @@ from server.services.identification import Identification
 REPORT_NAME = "report.html"
 
 
-def write_report(identification: Identification, out: Path) -> Path:
-    """Write report.html and one PNG for each chart; returns the page's path."""
+def write_report(identification: Identification, out: Path, page_name: str = REPORT_NAME) -> Path:
+    """Write the page and one PNG for each chart; returns the page's path."""
     result, train, test = identification.result, identification.train, identification.test
     charts = list(identification_charts(result, train, test))
     write_png_files(charts, out)
     moment = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     footer = f"Jointscope {version('jointscope')}, {moment}. All numbers: {identification.json_path.name}."
-    page = out / REPORT_NAME
+    page = out / page_name
     page.write_text(render_page(result, train, test, charts, footer), encoding="utf-8")
     return page

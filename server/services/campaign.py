@@ -12,6 +12,7 @@ from pathlib import Path
 
 from daq.errors import DeviceFaultError, DeviceRefusedError, ProtocolVersionError
 from server.errors import CampaignStoppedError, InputError, RigTrippedError
+from server.services.discrepancy import GapAnalysis
 from server.services.identification import Identification
 from server.services.manifest import Ended, Manifest, StepEntry, describe_source, now
 from server.services.plan import CampaignPlan, PlannedStep
@@ -39,10 +40,12 @@ class CampaignResult:
     Attributes:
         manifest: what also stands in the folder.
         identifications: results, each with the folder that it was written to.
+        gaps: answers of the discrepancy workflow.
     """
 
     manifest: Manifest
     identifications: tuple[tuple[Identification, Path], ...]
+    gaps: tuple[GapAnalysis, ...]
 
 
 def run_campaign(
@@ -70,10 +73,14 @@ def run_campaign(
         connected_rig(plan.rig, plan.rig_path, listener.note) as driver,
     ):
         manifest.rig["controller"] = describe_controller(driver)
+        if plan.clear_fault:
+            driver.clear_fault()
         context = StepContext(plan=plan, folder=folder, listener=listener, stop=stop, driver=driver)
         for planned, entry in zip(plan.steps, manifest.steps, strict=True):
             _play_step(context, planned, entry, manifest)
-    return CampaignResult(manifest=manifest, identifications=tuple(context.identifications))
+    return CampaignResult(
+        manifest=manifest, identifications=tuple(context.identifications), gaps=tuple(context.gaps)
+    )
 
 
 def how_it_ended(error: BaseException) -> Ended:

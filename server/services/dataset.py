@@ -6,7 +6,7 @@ anti-alias filter, keep the holes as segment borders. Every step that changes th
 `notes`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,8 @@ import numpy as np
 from daq.errors import RecordingError
 from daq.recording.checks import require_columns
 from daq.recording.derived_speed import SPEED_OF, with_speed
-from daq.recording.recording import TIME, FloatArray, Recording, cut, recording_from_columns
+from daq.recording.kernels import average_ahead
+from daq.recording.recording import TIME, FloatArray, LazyColumns, Recording, cut
 from daq.recording.resample import describe_decimation
 from daq.recording.timebase import analyse_time_base, resample_recording, to_uniform
 from estimators.dataset import Dataset
@@ -119,29 +120,10 @@ def average_input(recording: Recording, input_name: str, sample_time_s: float) -
     is: its input may well have been held.
     """
     time_s, values = recording.time_s, recording.column(input_name)
-    means = np.concatenate(
-        [_mean_ahead(time_s[run], values[run], sample_time_s) for run in recording.segments()]
-    )
-    columns = {name: recording.column(name) for name in recording.columns} | {input_name: means}
-    return recording_from_columns(
-        columns,
-        sample_time_s=recording.sample_time_s,
-        gaps=recording.gaps,
-        units=recording.units,
-        metadata=recording.metadata,
-    )
-
-
-def _mean_ahead(time_s: FloatArray, values: FloatArray, span_s: float) -> FloatArray:
-    """Return the mean of a signal over `span_s` from each sample on; near the end, over what is left."""
-    if len(values) < 2:
-        return values
-    areas = np.diff(time_s) * (values[1:] + values[:-1]) / 2.0
-    integral = np.concatenate([[0.0], np.cumsum(areas)])
-    ends_s = np.minimum(time_s + span_s, time_s[-1])
-    width_s = ends_s - time_s
-    area = np.interp(ends_s, time_s, integral) - integral
-    return np.where(width_s > 0.0, area / np.where(width_s > 0.0, width_s, 1.0), values)
+    means = np.empty(recording.n)
+    for run in recording.segments():
+        average_ahead(time_s[run], values[run], sample_time_s, means[run])
+    return replace(recording, columns=LazyColumns({**recording.columns.loaders(), input_name: lambda: means}))
 
 
 def driven_span(recording: Recording) -> tuple[float, float] | None:
@@ -188,13 +170,11 @@ def _others(recording: Recording) -> str:
 
 def _keep(recording: Recording, names: tuple[str, ...]) -> Recording:
     """Return a recording with time and these columns only, so that nothing else is decoded or filtered."""
-    kept = (TIME, *dict.fromkeys(names))
-    return recording_from_columns(
-        {name: recording.column(name) for name in kept},
-        sample_time_s=recording.sample_time_s,
-        gaps=recording.gaps,
+    kept, loaders = dict.fromkeys((TIME, *names)), recording.columns.loaders()
+    return replace(
+        recording,
+        columns=LazyColumns({name: loaders[name] for name in kept}),
         units={name: recording.units[name] for name in kept},
-        metadata=recording.metadata,
     )
 
 

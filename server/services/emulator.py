@@ -1,15 +1,17 @@
 """Start and end the emulated controller, a process of its own that nobody imports.
 
 It runs in a session of its own, so that Ctrl-C on the terminal reaches the campaign first, which then brings
-the drive to rest over the line before the process is ended.
+the drive to rest over the line before the process is ended. It ends with its parent, so that a campaign that is
+killed leaves no emulator behind.
 """
 
 import contextlib
-import re
+import os
 import selectors
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -17,7 +19,7 @@ from pathlib import Path
 from server.errors import InputError, InputLocation, RunFailedError
 
 MODULE = "mock_dsp"
-READY = re.compile(r"emulated controller on (\S+)")
+READY = "emulated controller on "
 # The first start on a machine compiles the physics kernels, which takes most of a minute on a slow one.
 START_TIMEOUT_S = 180.0
 STOP_TIMEOUT_S = 5.0
@@ -38,30 +40,34 @@ def emulated_controller(scenario: Path, speed: str) -> Iterator[str]:
     """
     if not scenario.is_file():
         raise InputError("no such scenario file; see config/scenarios/", InputLocation(source=scenario))
-    process = subprocess.Popen(
-        emulator_command(["--scenario", str(scenario), "--speed", speed]),
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    try:
-        yield _wait_until_ready(process, scenario)
-    finally:
-        _stop(process)
+    with tempfile.TemporaryDirectory(prefix="jointscope-") as folder:
+        # A cable that is pulled and put back comes back as another pseudo-terminal; the link goes along.
+        link = Path(folder) / "controller"
+        options = ["--scenario", str(scenario), "--speed", speed, "--link", str(link)]
+        process = subprocess.Popen(
+            emulator_command([*options, "--end-with-parent", str(os.getpid())]),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+        try:
+            _wait_until_ready(process, scenario)
+            yield str(link)
+        finally:
+            _stop(process)
 
 
-def _wait_until_ready(process: subprocess.Popen[str], scenario: Path) -> str:
+def _wait_until_ready(process: subprocess.Popen[str], scenario: Path) -> None:
     assert process.stdout is not None and process.stderr is not None  # noqa: S101  # opened as pipes above
     deadline = time.monotonic() + START_TIMEOUT_S
     with selectors.DefaultSelector() as selector:
         selector.register(process.stdout, selectors.EVENT_READ)
         while selector.select(max(0.0, deadline - time.monotonic())):
             line = process.stdout.readline()
-            match = READY.search(line)
-            if match:
-                return match[1]
+            if line.startswith(READY):
+                return
             if not line:
                 _refuse(process, scenario, process.stderr.read())
     raise RunFailedError(f"the emulated controller did not come up within {START_TIMEOUT_S:g} s")

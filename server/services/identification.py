@@ -5,14 +5,16 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from estimators.identify import identify
 from estimators.regressors import build_regression
-from estimators.result import IdentificationResult
 from estimators.settings import IdentifyOptions
 from estimators.table import RecursiveSpec, find_estimator
 from server.errors import InputError, InputLocation
 from server.services.dataset import PreparedData, Signals, prepare_data
+
+if TYPE_CHECKING:
+    from estimators.result import IdentificationResult
 
 JSON_NAME = "identification.json"
 DEFAULT_METHODS = ("rls", "erls", "rls_kf")
@@ -51,7 +53,7 @@ class Identification:
         json_path: where identification.json was written.
     """
 
-    result: IdentificationResult
+    result: "IdentificationResult"
     train: PreparedData
     test: PreparedData
     json_path: Path
@@ -71,6 +73,8 @@ def run_identification(request: IdentifyRequest, out: Path, tell: Callable[[str]
     options = make_options(request)
     train = prepare_data(request.train, request.signals, request.sample_time_s)
     tell(first_estimate(train, options))
+    from estimators.identify import identify  # the first estimate does not wait for what only the others need
+
     # The test recording must be read as the training one was, so that both have the same input.
     signals = Signals(input=train.input[0], output=train.output[0])
     test = prepare_data(request.test, signals, request.sample_time_s)

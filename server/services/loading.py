@@ -1,6 +1,6 @@
 """From the names on the command line to a campaign plan: files read, defaults filled in, all checked."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from server.config.campaign import Campaign
@@ -19,12 +19,14 @@ class RunChoices:
         rig: rig file instead of the campaign's own.
         emulate: scenario to emulate instead of the rig file's port.
         speed: `max`, or a factor of real time, for the emulated controller.
+        clear_fault: clear what the controller has latched before the first step.
     """
 
     campaign: Path
     rig: Path | None = None
     emulate: Path | None = None
     speed: str | None = None
+    clear_fault: bool = False
 
 
 def load_plan(choices: RunChoices) -> CampaignPlan:
@@ -36,7 +38,8 @@ def load_plan(choices: RunChoices) -> CampaignPlan:
     campaign = load_model(choices.campaign, Campaign)
     rig_path = _rig_path(choices, campaign)
     rig = _with_choices(load_model(rig_path, Rig), rig_path, choices)
-    return plan_campaign(campaign, choices.campaign, rig, rig_path)
+    plan = plan_campaign(campaign, choices.campaign, rig, rig_path)
+    return replace(plan, clear_fault=choices.clear_fault)
 
 
 def _rig_path(choices: RunChoices, campaign: Campaign) -> Path:
@@ -57,7 +60,7 @@ def _with_choices(rig: Rig, rig_path: Path, choices: RunChoices) -> Rig:
     if choices.emulate is not None:
         changes |= {"scenario": choices.emulate, "link": rig.link.model_copy(update={"url": EMULATE})}
     if choices.speed is not None:
-        changes["emulation_speed"] = _parse_speed(choices.speed)
+        changes["emulation_speed"] = parse_speed(choices.speed)
     changed = rig.model_copy(update=changes)
     if changed.link.url == EMULATE and changed.scenario is not None and not changed.scenario.is_file():
         raise InputError(
@@ -66,7 +69,12 @@ def _with_choices(rig: Rig, rig_path: Path, choices: RunChoices) -> Rig:
     return changed
 
 
-def _parse_speed(text: str) -> str | float:
+def parse_speed(text: str) -> str | float:
+    """Return `max` or the factor of real time that the user gave for an emulated controller.
+
+    Raises:
+        InputError: it is neither.
+    """
     if text == "max":
         return text
     try:

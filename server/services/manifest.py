@@ -38,7 +38,7 @@ class StepEntry:
 
     Attributes:
         index: place in the campaign, from 0.
-        kind: record, identify, wait or set.
+        kind: record, identify, gap, wait or set.
         title: what it was about, for people.
         started, ended_at: UTC, ISO 8601; None before.
         ended: how it ended.

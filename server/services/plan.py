@@ -10,7 +10,7 @@ from pathlib import Path
 from daq.errors import ExcitationLimitError
 from daq.excitation.check import ExcitationReport, check_excitation
 from daq.protocol.budget import LINE_USE_LIMIT, default_batch, line_use, propose_stream
-from server.config.campaign import Campaign, IdentifyStep, RecordStep, SetStep, Step, WaitStep
+from server.config.campaign import Campaign, GapStep, IdentifyStep, RecordStep, SetStep, Step, WaitStep
 from server.config.excitation import Spec
 from server.config.load import locate_field
 from server.config.rig import Rig
@@ -50,13 +50,14 @@ class PlannedStep:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CampaignPlan:
-    """A campaign that holds against the limits of its rig file."""
+    """A campaign that holds against the limits of its rig file; `clear_fault` clears a latched fault first."""
 
     campaign: Campaign
     campaign_path: Path
     rig: Rig
     rig_path: Path
     steps: tuple[PlannedStep, ...]
+    clear_fault: bool = False
 
     @property
     def duration_s(self) -> float:
@@ -78,8 +79,21 @@ class _Planner:
             return PlannedStep(step=step, title=f"set {step.parameter} = {step.value:g}")
         if isinstance(step, WaitStep):
             return PlannedStep(step=step, title=f"wait {step.seconds:g} s", duration_s=step.seconds)
+        if isinstance(step, GapStep):
+            return self._plan_gap(index, step)
         check_methods(step.methods, lambda: self._at(index, "identify", "methods"))
         return PlannedStep(step=step, title=_identify_title(step))
+
+    def _plan_gap(self, index: int, step: GapStep) -> PlannedStep:
+        """Read the model now: a mistake in it should not come to light after the recordings."""
+        from server.services.discrepancy import read_joint_model
+
+        path = self.campaign_path.parent / step.model
+        if not path.is_file():
+            raise InputError(f"no such model file: {path}", self._at(index, "gap", "model"))
+        read_joint_model(path)
+        title = f"gap of {path.stem} on {', '.join(step.train)}, test on {', '.join(step.test)}"
+        return PlannedStep(step=step, title=title)
 
     def _plan_record(self, index: int, step: RecordStep) -> PlannedStep:
         report, spec = self._check(index, step)

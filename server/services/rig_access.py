@@ -9,9 +9,13 @@ from daq.driver.options import RigOptions
 from daq.driver.rig import Rig as DriverRig
 from daq.driver.rig import open_rig
 from daq.errors import PortError
+from daq.protocol.round_trip import LinkOptions
 from server.config.rig import EMULATE, Rig
 from server.errors import InputError, InputLocation
 from server.services.emulator import emulated_controller
+
+# A controller answers within milliseconds; an emulated one waits for its turn on a busy machine like any process.
+EMULATED_LINK = LinkOptions(rto_min_ns=150_000_000)
 
 
 @contextlib.contextmanager
@@ -70,8 +74,9 @@ def _emulate(rig: Rig, stack: contextlib.ExitStack) -> str:
 
 
 def _open(url: str, rig: Rig, rig_path: Path) -> DriverRig:
+    link = EMULATED_LINK if rig.link.url == EMULATE else LinkOptions()
     try:
-        return open_rig(url, RigOptions(baud=int(rig.link.baud), cache_dir=cache_folder()))
+        return open_rig(url, RigOptions(baud=int(rig.link.baud), cache_dir=cache_folder(), link=link))
     except PortError as error:
         raise InputError(str(error), InputLocation(source=rig_path, field="link.url")) from error
 

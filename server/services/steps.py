@@ -7,11 +7,12 @@ from pathlib import Path
 
 from daq.driver.outcome import RecordEnd, RecordOutcome, RecordProgress
 from daq.driver.rig import Rig as DriverRig
-from daq.errors import ExcitationLimitError
-from server.config.campaign import IdentifyStep, RecordStep, SetStep, WaitStep
+from daq.errors import DeviceFaultError, ExcitationLimitError
+from server.config.campaign import GapStep, IdentifyStep, RecordStep, SetStep, WaitStep
 from server.config.load import locate_field
 from server.errors import CampaignStoppedError, InputError, InputLocation, RigTrippedError, RunFailedError
 from server.services.dataset import Signals
+from server.services.discrepancy import GapAnalysis, GapRequest, run_gap_analysis
 from server.services.identification import Identification, IdentifyRequest, run_identification
 from server.services.manifest import StepEntry
 from server.services.plan import CampaignPlan, PlannedStep
@@ -35,6 +36,7 @@ class StepContext:
         stop: set to end the run early.
         driver: the open rig.
         identifications: results so far, with the folder that each was written to.
+        gaps: answers of the discrepancy workflow so far.
     """
 
     plan: CampaignPlan
@@ -43,10 +45,20 @@ class StepContext:
     stop: threading.Event
     driver: DriverRig
     identifications: list[tuple[Identification, Path]] = field(default_factory=list)
+    gaps: list[GapAnalysis] = field(default_factory=list)
 
     def at(self, index: int, *names: str) -> InputLocation:
         """Return where a field of a step stands in the campaign file."""
         return locate_field(self.plan.campaign_path, ("steps", index, *names))
+
+    def folder_for(self, kind: str) -> Path:
+        """Return where the next analysis goes: the first where people look for it, others into their own."""
+        number = len(self.identifications) + len(self.gaps) + 1
+        return self.folder if number == 1 else self.folder / f"{kind}-{number}"
+
+    def record_path(self, name: str) -> Path:
+        """Return the recording of a record step."""
+        return self.folder / RECORDS / f"{name}.parquet"
 
 
 def perform_step(context: StepContext, planned: PlannedStep, entry: StepEntry) -> None:
@@ -65,6 +77,8 @@ def perform_step(context: StepContext, planned: PlannedStep, entry: StepEntry) -
         _set(context, step, entry)
     elif isinstance(step, WaitStep):
         _wait(context, step)
+    elif isinstance(step, GapStep):
+        _gap(context, step, entry)
     else:
         _identify(context, step, entry)
 
@@ -83,6 +97,9 @@ def _record(context: StepContext, planned: PlannedStep, step: RecordStep, entry:
         result = make_recording(context.driver, task, _progress_teller(context), context.stop)
     except ExcitationLimitError as error:
         raise InputError(str(error), context.at(entry.index, "record", "excitation")) from error
+    except DeviceFaultError as error:  # latched before this run: nothing has moved
+        told = f"nothing was moved: {error} A run with --clear-fault clears it."
+        raise DeviceFaultError(told, faults=error.faults, tick=error.tick) from error
     if result.path is not None:
         entry.files.append(str(result.path.relative_to(context.folder)))
     entry.figures |= _figures(result.outcome)
@@ -147,12 +164,10 @@ def _wait(context: StepContext, step: WaitStep) -> None:
 
 
 def _identify(context: StepContext, step: IdentifyStep, entry: StepEntry) -> None:
-    number = len(context.identifications) + 1
-    # The first one goes where people look for it; further ones into folders of their own.
-    out = context.folder if number == 1 else context.folder / f"identify-{number}"
+    out = context.folder_for("identify")
     request = IdentifyRequest(
-        train=context.folder / RECORDS / f"{step.train}.parquet",
-        test=context.folder / RECORDS / f"{step.test}.parquet",
+        train=context.record_path(step.train),
+        test=context.record_path(step.test),
         sample_time_s=step.sample_time_s,
         order=step.order,
         delay=step.delay,
@@ -162,3 +177,16 @@ def _identify(context: StepContext, step: IdentifyStep, entry: StepEntry) -> Non
     identification = run_identification(request, out, context.listener.note)
     context.identifications.append((identification, out))
     entry.files.append(str(identification.json_path.relative_to(context.folder)))
+
+
+def _gap(context: StepContext, step: GapStep, entry: StepEntry) -> None:
+    request = GapRequest(
+        model=context.plan.campaign_path.parent / step.model,
+        train=tuple(context.record_path(name) for name in step.train),
+        test=tuple(context.record_path(name) for name in step.test),
+        stop=context.stop,
+    )
+    analysis = run_gap_analysis(request, context.folder_for("gap"), context.listener.note)
+    context.gaps.append(analysis)
+    entry.files += [str(path.relative_to(context.folder)) for path in analysis.files]
+    entry.figures |= {"verdict": analysis.result.verdict, "effects": list(analysis.result.effects)}

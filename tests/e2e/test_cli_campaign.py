@@ -1,7 +1,6 @@
 """Campaigns from the command line, over the real driver and the emulated controller's process."""
 
 import json
-import os
 import re
 import signal
 import subprocess
@@ -40,7 +39,7 @@ def campaign(folder: Path, *, duration_s: float = 5.0, amplitude_a: float = 0.5)
     path, rig = folder / "campaign.yaml", folder / "rig.yaml"
     text = (CONFIG / "rigs" / "emulated.yaml").read_text()
     # A machine that runs other tests beside this one may stall the host for longer than the usual lease.
-    text = text.replace("lease_ms: 250", "lease_ms: 2000").replace("../scenarios", str(CONFIG / "scenarios"))
+    text = text.replace("lease_ms: 1000", "lease_ms: 2000").replace("../scenarios", str(CONFIG / "scenarios"))
     rig.write_text(text)
     path.write_text(RECORD.format(rig=rig, duration_s=duration_s, amplitude_A=amplitude_a))
     return path
@@ -65,12 +64,29 @@ def test_a_campaign_runs_from_the_serial_line_to_the_report(tmp_path: Path) -> N
     assert gain == pytest.approx(1.0 / 0.9, rel=0.05)
 
 
+def test_a_campaign_names_the_effect_that_its_rig_hides(tmp_path: Path) -> None:
+    out, hidden = tmp_path / "out", CONFIG / "scenarios" / "hidden_friction.yaml"
+    done = jointscope("run", CONFIG / "campaigns" / "hidden.yaml", "--emulate", hidden, "--out", out)
+    assert done.returncode == 0, done.stderr
+    assert "+ coulomb_friction: level 0.1" in done.stdout
+    answer = json.loads((out / "gap.json").read_text())
+    level = answer["steps"][1]["parameters"]["level"]["value"]
+    assert level == pytest.approx(0.15, rel=0.02)  # N m, the scenario's own; 40 s know it to 0.3 %
+    assert (answer["verdict"], answer["effects"]) == ("named", ["coulomb_friction"])
+    assert answer["gap_closed"] > 0.9
+    step = manifest_of(out)["steps"][-1]  # type: ignore[index]  # JSON
+    assert step["figures"] == {"verdict": "named", "effects": ["coulomb_friction"]}
+    assert set(step["files"]) <= set(manifest_of(out)["files"])  # type: ignore[call-overload]  # JSON
+
+
 def test_no_sample_is_lost_and_the_recording_tells_its_story(tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = jointscope("run", campaign(tmp_path), "--out", out)
     assert done.returncode == 0, done.stderr
     recording = read_recording(out / "records" / "a.parquet")
     assert recording.n >= 5 * 2500
+    assert recording.gaps == ()
+    assert recording.metadata["samples"]["lost"] == 0
     assert recording.metadata["rig"] == "emulated"
     assert recording.metadata["excitation"]["kind"] == "sine"
     assert recording.metadata["ended"]["reason"] == "done"
@@ -115,10 +131,9 @@ def test_a_killed_run_is_recovered_at_the_next_start_in_its_folder(tmp_path: Pat
     process = subprocess.Popen(
         [*command, "--out", str(out)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
-    emulator = emulator_of(process, out)
+    wait_for_octets(out / "records" / "a.journal", process)
     process.kill()
     process.communicate(timeout=DEADLINE_S)
-    os.kill(emulator, signal.SIGTERM)  # its parent could not
     again = jointscope("run", campaign(tmp_path), "--out", out)
     assert again.returncode == 0, again.stderr
     assert "from a journal that was left open" in again.stdout
@@ -168,10 +183,3 @@ def wait_for_octets(path: Path, process: subprocess.Popen[str]) -> None:
         except subprocess.TimeoutExpired:
             continue
         pytest.fail(f"the run ended before it was stopped: {process.communicate()}")
-
-
-def emulator_of(process: subprocess.Popen[str], out: Path) -> int:
-    """Return the process id of a run's emulated controller, once samples arrive."""
-    wait_for_octets(out / "records" / "a.journal", process)
-    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-    return int(children[0])

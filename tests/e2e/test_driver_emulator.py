@@ -1,7 +1,5 @@
 """The driver against the emulated controller's process, over a pseudo-terminal."""
 
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -34,9 +32,8 @@ from daq.protocol.codes import CURRENT_COUNT_A, ChirpMode, FaultBit, StaircaseMo
 from daq.protocol.stream import SampleBlock
 from daq.protocol.tick_axis import GapCause
 
-SCENARIOS = Path(__file__).parents[2] / "config" / "scenarios"
 JOINT = Nameplate(inertia_kg_m2=0.5, viscous_friction_nm_s_rad=0.9, torque_constant_nm_a=1.0)
-Emulate = Callable[[str, str], str]
+Emulate = Callable[[str, str], Path]
 
 
 class Sink:
@@ -59,41 +56,8 @@ class Sink:
 
 
 @pytest.fixture
-def emulate(tmp_path: Path) -> Iterator[Emulate]:
-    """Return a function that starts an emulated controller and returns its port's path."""
-    processes: list[subprocess.Popen[str]] = []
-
-    def start(scenario: str, speed: str) -> str:
-        link = tmp_path / f"dsp{len(processes)}"
-        file = tmp_path / f"{scenario}.yaml"
-        if not file.exists():
-            file = SCENARIOS / file.name
-        command = [
-            sys.executable,
-            "-m",
-            "mock_dsp",
-            "--scenario",
-            str(file),
-            "--link",
-            str(link),
-            "--speed",
-            speed,
-        ]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-        processes.append(process)
-        assert process.stdout is not None
-        assert "emulated controller on" in process.stdout.readline()
-        return str(link)
-
-    yield start
-    for process in processes:
-        process.terminate()
-        process.communicate(timeout=10)
-
-
-@pytest.fixture
 def rig(emulate: Emulate) -> Iterator[Rig]:
-    with open_rig(emulate("nominal", "max"), RigOptions()) as opened:
+    with open_rig(str(emulate("nominal", "max")), RigOptions()) as opened:
         yield opened
 
 
@@ -211,7 +175,7 @@ def test_emergency_stop_by_another_thread_ends_the_run(rig: Rig) -> None:
 
 @pytest.mark.slow
 def test_trip_of_the_controller_is_told_with_its_remedy(emulate: Emulate) -> None:
-    with open_rig(emulate("surge", "max")) as rig:
+    with open_rig(str(emulate("surge", "max"))) as rig:
         outcome = record(rig, plan(Sine(amplitude_a=0.3, period_s=5.0), 60.0, centring=True), Sink())
     assert outcome.end is RecordEnd.TRIPPED
     assert "over_current: A phase current passed over_current_A. Check the motor cable" in outcome.text
@@ -219,7 +183,7 @@ def test_trip_of_the_controller_is_told_with_its_remedy(emulate: Emulate) -> Non
 
 @pytest.mark.slow
 def test_noise_on_the_line_costs_frames_and_every_lost_sample_is_counted(emulate: Emulate) -> None:
-    with open_rig(emulate("noisy_link", "max")) as rig:
+    with open_rig(str(emulate("noisy_link", "max"))) as rig:
         outcome, ticks, _ = play(rig, plan(Sine(amplitude_a=0.5, period_s=5.0), 60.0, centring=True))
     assert outcome.end is RecordEnd.DONE
     assert outcome.samples_lost > 0
@@ -232,7 +196,7 @@ def test_controller_that_restarts_in_mid_run_ends_it(emulate: Emulate, tmp_path:
     (tmp_path / "restarting.yaml").write_text(
         "name: restarting\nseed: 3\nfaults:\n  - {name: reboot, at_s: 5.0}\n"
     )
-    with open_rig(emulate("restarting", "max")) as rig:
+    with open_rig(str(emulate("restarting", "max"))) as rig:
         outcome = record(rig, plan(Sine(amplitude_a=0.5, period_s=5.0), 60.0, centring=True), Sink())
         assert rig.reboots == 1
         assert not rig.armed
@@ -243,7 +207,7 @@ def test_controller_that_restarts_in_mid_run_ends_it(emulate: Emulate, tmp_path:
 @pytest.mark.slow
 def test_stream_goes_on_after_the_cable_was_pulled(emulate: Emulate) -> None:
     gaps: list[GapCause] = []
-    with open_rig(emulate("interrupted", "10")) as rig:
+    with open_rig(str(emulate("interrupted", "10"))) as rig:
         rig.start_stream(StreamPlan())
         ticks = 0
         for _ in range(600):
@@ -274,7 +238,7 @@ def test_capture_buffer_holds_every_tick_around_its_trigger(rig: Rig) -> None:
 
 
 def test_taken_port_is_told(rig: Rig, emulate: Emulate) -> None:
-    path = emulate("nominal", "max")
+    path = str(emulate("nominal", "max"))
     with open_rig(path), pytest.raises(PortError, match="taken by another program"):
         open_rig(path)
 
@@ -282,4 +246,4 @@ def test_taken_port_is_told(rig: Rig, emulate: Emulate) -> None:
 def test_wrong_baud_is_told_with_rates_to_try(emulate: Emulate) -> None:
     options = RigOptions(start_baud=57_600, baud=57_600)
     with pytest.raises(PortError, match="no controller answered at 57600 baud .*rates to try: 115200"):
-        open_rig(emulate("nominal", "max"), options)
+        open_rig(str(emulate("nominal", "max")), options)

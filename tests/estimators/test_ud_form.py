@@ -92,7 +92,7 @@ def test_updates_agree_with_the_full_matrix(
     assert covariance_trace(U, D) == pytest.approx(np.trace(P), rel=1e-10)
     f = U.T @ x
     gain = np.empty(4)
-    correct_covariance(U, D, f, D * f, 0.5, gain)
+    correct_covariance(U, D, f, D * f, 0.5, 1.0, np.empty(4), gain, U, D)
     np.testing.assert_allclose(gain, P @ x, atol=1e-9 * scale)
     expected = P - 0.5 * np.outer(P @ x, x @ P) / (1 + 0.5 * x @ P @ x)
     # The right-hand side cancels; its own rounding is about eps * cond.

@@ -53,7 +53,7 @@ def test_the_help_of_each_command_shows_an_example(command: str, capsys: pytest.
     assert f"Example: jointscope {command}" in " ".join(capsys.readouterr().out.split())
 
 
-@pytest.mark.parametrize("command", ["serve", "gap", "simulate", "token"])
+@pytest.mark.parametrize("command", ["serve", "token"])
 def test_a_command_of_a_later_version_refuses_clearly(
     command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -178,6 +178,20 @@ def test_debug_shows_the_traceback(tmp_path: Path, capsys: pytest.CaptureFixture
 
 def test_emulate_without_a_scenario_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert "give --scenario FILE" in refusal(capsys, "emulate")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--sealed", "7"], "--sealed SEED and --answer FILE belong together"),
+        (["--scenario", "absent.yaml"], "absent.yaml: no such scenario file"),
+        (["--sealed", "7", "--answer", "a.json", "--speed", "0"], '--speed: "0" is neither max nor a factor'),
+    ],
+)
+def test_an_emulator_that_cannot_be_is_refused(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
+) -> None:
+    assert message in refusal(capsys, "emulate", *arguments)
 
 
 def test_devices_lists_or_says_that_there_is_none(capsys: pytest.CaptureFixture[str]) -> None:

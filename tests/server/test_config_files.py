@@ -59,10 +59,16 @@ def test_units_in_a_campaign_are_converted(tmp_path: Path) -> None:
         ("20 s", "-3", ":5: steps[0].record.duration_s: -3 must be greater than 0"),
         ("period_s: 5", "period_s: .inf", "period_s: inf must be a finite number"),
         ("record:", "recrd:", ':3: steps[0]: unknown step "recrd"; did you mean "record"?'),
+        ("identify: {", "gap: {", ":7: steps[1].gap.model: this key is required and missing"),
         (
-            "identify: {",
-            "gap: {",
-            ":7: steps[1]: gap: the discrepancy workflow comes with a later version; remove",
+            "identify: {train: first, ",
+            "gap: {model: m.yaml, train: [first, secnd], ",
+            ':7: steps[1].gap.train: no record step before this one is called "secnd"',
+        ),
+        (
+            "identify: {train: first, ",
+            "gap: {model: m.yaml, train: [], ",
+            ":7: steps[1].gap.train: []",
         ),
         (
             "train: first",

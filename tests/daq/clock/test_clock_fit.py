@@ -83,6 +83,27 @@ def test_jump_of_the_counter_starts_a_new_line() -> None:
     assert fit.tick_at(START_NS) == pytest.approx(9000.0, abs=0.01)
 
 
+def test_counter_that_does_not_follow_the_host_clock_is_no_trouble() -> None:
+    rng = np.random.default_rng(3)
+    ticks = np.cumsum(
+        rng.uniform(2_500, 400_000, 40)
+    )  # an emulated controller at full speed, now and then idle
+    state = fed([ping_at(t, 1e-3, tick0=ticks[t] - RATE_HZ * t) for t in range(40)])
+    assert state.fit is not None
+    assert (state.fit.steady, state.fit.jumps) == (False, 0)
+    assert state.fit.pings_rejected <= 2 * ClockFitOptions().jump_after
+    newest_s = START_NS + 39 * 10**9
+    assert state.fit.tick_at(newest_s) == pytest.approx(ticks[39], abs=400_000)
+
+
+def test_two_late_answers_at_the_start_are_no_jump() -> None:
+    # The first two answers came 4 ms late and early: the line through them misses the tenth ping by 80 ms.
+    pings = [ping_at(0, 1e-3, tick0=1010.0), ping_at(1, 1e-3, tick0=990.0)]
+    fit = fed(pings + [ping_at(t, 1e-3) for t in range(2, 12)]).fit
+    assert fit is not None
+    assert (fit.jumps, fit.steady) == (0, True)
+
+
 def test_line_goes_on_when_the_counter_wraps() -> None:
     near_wrap = float((1 << 32) - 10_000)
     fit = fed([ping_at(t, 1e-3, tick0=near_wrap) for t in range(30)]).fit

@@ -130,6 +130,19 @@ def test_arm_proves_that_the_limits_are_known(bench: Bench, open_stub: OpenStub)
     assert not rig.armed
 
 
+def test_lease_is_renewed_until_the_disarmed_drive_rests(bench: Bench, open_stub: OpenStub) -> None:
+    rig = open_stub()
+    rig.arm(lease_ms=2000)
+    rig.start_stream(StreamPlan())
+    rig.disarm()
+    bench.port.report(*bench.controller.samples(50))
+    bench.pull(rig, 1250)
+    rig.keep_alive()  # the ramp to zero takes its time, and is still under the lease
+    rig.read_parameter("current_limit_A")
+    assert bench.controller.count(KeepAlive) == 1
+    assert not rig.armed
+
+
 def test_keep_alive_follows_device_time(bench: Bench, open_stub: OpenStub) -> None:
     rig = open_stub()
     rig.arm(lease_ms=2000)

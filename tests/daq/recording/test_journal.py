@@ -84,6 +84,21 @@ def test_notes_behind_a_frame_that_was_cut_off_are_kept(
     assert len(ticks_of(content)) == 25
 
 
+def test_a_lost_link_ends_the_frame_that_it_cut_off(
+    tmp_path: Path, header: dict[str, Any], frames: Frames
+) -> None:
+    path, octets = tmp_path / "a.journal", frames(range(3))
+    size = len(octets) // 3
+    journal = Journal.create(path, header)
+    journal.append(octets[: size + size // 2])
+    journal.note("link_lost", {"cause": "cable"})
+    journal.append(octets[2 * size :])  # the new link begins with a whole frame
+    journal.close("done")
+    content = read_journal(path)
+    assert [gap.cause.value for block in content.blocks for gap in block.gaps] == ["reconnect"]
+    assert sum(block.ticks.size for block in content.blocks) == 50
+
+
 def test_notes_of_many_threads_and_frames_do_not_mix(
     tmp_path: Path, header: dict[str, Any], frames: Frames
 ) -> None:

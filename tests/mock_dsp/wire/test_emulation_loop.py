@@ -11,7 +11,7 @@ from daq.protocol.codes import DriveState, EventCode
 from daq.protocol.commands import Arm, Hello, Ping, SetBaud, StreamConfig, StreamStart
 from daq.protocol.host_link import HostLink
 from daq.protocol.link_records import LinkInput
-from daq.protocol.replies import HelloReply, PingReply
+from daq.protocol.replies import HelloReply, PingReply, StreamStartReply
 from daq.protocol.reports import Event, Status
 from mock_dsp.program.controller import Controller
 from mock_dsp.program.line_counters import LineCounters
@@ -158,6 +158,16 @@ def test_a_late_wake_up_loses_no_stream_frame(make_rack: Callable[..., Rack]) ->
     assert len(streams) >= 4
 
 
+def test_a_stream_that_starts_after_an_idle_while_loses_no_frame(make_rack: Callable[..., Rack]) -> None:
+    rack = make_rack(1.0)
+    rack.ask(HELLO, pass_ns=4 * MS)
+    rack.ask(StreamConfig(layout=1, divisor=2, batch=25), pass_ns=4 * MS)
+    started = rack.ask(StreamStart(), pass_ns=90 * MS)
+    assert isinstance(started, StreamStartReply)
+    rack.spin(12)
+    assert rack.line.tx_drops == 0
+
+
 def test_an_idle_controller_keeps_to_the_wall_clock_at_max(make_rack: Callable[..., Rack]) -> None:
     rack = make_rack()
     rack.spin(50)
@@ -203,6 +213,21 @@ def test_at_max_a_full_port_holds_the_time_and_loses_nothing(make_rack: Callable
     rack.port.room = 1_000_000
     frames = [body for received in rack.spin(20) for body in received.streams]
     assert frames
+    assert rack.host.decoder.counters.dropped == 0
+
+
+def test_beyond_1x_a_full_port_holds_the_time_as_well(make_rack: Callable[..., Rack]) -> None:
+    rack = make_rack(20.0)
+    rack.ask(HELLO, 4 * MS)
+    rack.ask(StreamConfig(layout=1, divisor=2, batch=25), pass_ns=4 * MS)
+    rack.ask(StreamStart(), 4 * MS)
+    rack.port.room = 3000
+    rack.spin(200, pass_ns=4 * MS)
+    held_at = rack.plant.tick
+    rack.spin(20, pass_ns=4 * MS)
+    assert rack.plant.tick == held_at
+    rack.port.room = 1_000_000
+    assert any(received.streams for received in rack.spin(20, pass_ns=4 * MS))
     assert rack.host.decoder.counters.dropped == 0
 
 

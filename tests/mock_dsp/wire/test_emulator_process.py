@@ -66,7 +66,7 @@ def say_hello(link: Path, baud: int = 115_200) -> HelloReply | None:
 
 @pytest.mark.parametrize("speed", ["1", "max"])
 def test_it_answers_survives_a_host_and_ends_cleanly(start: Start, tmp_path: Path, speed: str) -> None:
-    link = tmp_path / "controller"
+    link = tmp_path / "folder" / "controller"
     process = start("--scenario", str(SCENARIO), "--link", str(link), "--speed", speed)
     line = wait_until_ready(process)
     assert line == f"emulated controller on {link.readlink()} (link {link})\n"
@@ -124,3 +124,6 @@ def test_a_sealed_run_writes_its_answer_and_says_nothing(start: Start, tmp_path:
     output, errors = process.communicate(timeout=DEADLINE_S)
     assert (output, errors) == ("", "")
     assert '"effects"' in answer.read_text()
+    again = start("--sealed", "5", "--answer", str(answer))
+    assert again.communicate(timeout=DEADLINE_S)[1] == f"{answer} exists already; choose another path\n"
+    assert again.returncode == 2

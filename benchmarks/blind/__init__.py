@@ -1,0 +1,1 @@
+"""The blind benchmark: cases hidden by the emulated rig's physics, solved from recordings alone."""

@@ -1,0 +1,204 @@
+"""Make the answer of what the search accepted: parameters with errors, figures at full rate, the extended model."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from discrepancy.effects.spec import Port
+from discrepancy.effects.table import EFFECTS
+from discrepancy.evaluate import Scorer, score_curves
+from discrepancy.fitting.parameters import BASE, TIMING
+from discrepancy.fitting.problem import SimulationProblem
+from discrepancy.locate import Place, locate
+from discrepancy.model.schema import EffectTerm, JointModel, Quantity
+from discrepancy.next_experiment import RigLimits
+from discrepancy.result import GapResult, ParameterChange, Rejected, ResultStep, total_gap
+from discrepancy.search.finish import SearchOutcome, Step
+from discrepancy.search.greedy import residual_parts
+from discrepancy.search.judge import robust_covariance
+from discrepancy.search.open_questions import next_question
+from discrepancy.search.options import SearchOptions
+from discrepancy.search.state import State
+
+CHANGE_SIGMAS = 4.0
+"""A nameplate value counts as changed beyond this many standard errors and beyond 1 %."""
+
+
+def quantities(
+    problem: SimulationProblem, state: State, model: JointModel
+) -> dict[tuple[str, str], Quantity]:
+    """Return all fitted and constant parameters with standard errors, by (owner, name)."""
+    covariance = robust_covariance(problem, state.fit)
+    column = 1 if model.is_linear_axis else 0
+    found: dict[tuple[str, str], Quantity] = {}
+    for i, parameter in enumerate(state.fit.parameters):
+        value = float(state.fit.vector[parameter.slot])
+        std = float(np.sqrt(max(0.0, covariance[i, i])))
+        unit = model.parameters[parameter.name].unit if parameter.name in model.parameters else ""
+        found[parameter.owner, parameter.name] = Quantity(value=value, std=std, unit=unit)
+    for name in state.present:
+        for p in EFFECTS[name].parameters:
+            known = found.get((name, p.name))
+            unit = p.kind.value[column]
+            value = float(state.fit.vector[p.slot])
+            if abs(value) < 1e29:
+                found[name, p.name] = Quantity(
+                    value=value, unit=unit, std=known.std if known else None, fixed=known is None
+                )
+    return found
+
+
+def extended_model(model: JointModel, values: dict[tuple[str, str], Quantity], state: State) -> JointModel:
+    """Return the model with recalibrated parameters and added effects, one version on."""
+    parameters = {}
+    for name, quantity in model.parameters.items():
+        fitted = values.get((BASE, name))
+        parameters[name] = quantity if fitted is None else replace(fitted, unit=quantity.unit)
+    terms = tuple(
+        EffectTerm(id=name, parameters={n: q for (owner, n), q in values.items() if owner == name})
+        for name in state.present
+    )
+    entry = {
+        "version": model.version,
+        "added": list(state.added),
+        "parameters": {n: q.value for n, q in model.parameters.items()},
+    }
+    return replace(
+        model,
+        parameters=parameters,
+        effects=terms,
+        version=model.version + 1,
+        lineage=(*model.lineage, entry),
+    )
+
+
+def parameter_changes(
+    model: JointModel, values: dict[tuple[str, str], Quantity]
+) -> tuple[ParameterChange, ...]:
+    """Return the nameplate values that the data correct materially."""
+    found = []
+    for name, quantity in model.parameters.items():
+        fitted = values.get((BASE, name))
+        if fitted is None or fitted.std is None:
+            continue
+        far = abs(fitted.value - quantity.value)
+        if far > CHANGE_SIGMAS * fitted.std and far > 0.01 * abs(quantity.value):
+            found.append(
+                ParameterChange(
+                    parameter=name, nameplate=quantity.value, estimate=fitted.value, std=fitted.std
+                )
+            )
+    return tuple(found)
+
+
+def column_names(model: JointModel) -> dict[str, str]:
+    """Return what the drivers are called in this model's recordings."""
+    linear = model.is_linear_axis
+    return {
+        "speed": "speed_m_s" if linear else "speed_rad_s",
+        "position": "position_m" if linear else "position_rad",
+        "input": model.input,
+        "acceleration": "acceleration_m_s2" if linear else "acceleration_rad_s2",
+        "time": "time_s",
+    }
+
+
+def result_step(
+    problem: SimulationProblem,
+    scorer: Scorer,
+    model: JointModel,
+    step: Step,
+    before: Step | None,
+    floor: dict[str, float],
+) -> ResultStep:
+    """Score one accepted model at full rate and say where the one before it disagreed."""
+    values = quantities(problem, step.state, model)
+    curves = scorer.test(step.state.fit.vector)
+    trained = scorer.train(step.state.fit.vector)
+    owner = step.added or BASE
+    located = step if before is None else before
+    places = locate(
+        problem.series, residual_parts(problem, located.state), located.state.fit.vector, column_names(model)
+    )[:3]
+    if step.added is not None:
+        places = _own_place_first(step.added, places)
+    evidence: dict[str, float | int | str] = {"held_out_gain": step.fall, "closed_in_noise": step.closed}
+    return ResultStep(
+        added=step.added,
+        parameters={name: q for (own, name), q in values.items() if own == owner and name != TIMING},
+        equivalents=step.equivalents,
+        where=tuple(places),
+        evidence=evidence,
+        train=score_curves(trained, floor),
+        test=score_curves(curves, floor),
+        curves=tuple(curves),
+    )
+
+
+def _own_place_first(name: str, places: Sequence[Place]) -> list[Place]:
+    effect = EFFECTS[name]
+    best = max((p.share for p in places if p.driver == effect.driver), default=0.0)
+    region = next((p.region for p in places if p.driver == effect.driver), None)
+    own = Place(port=Port(effect.port), driver=effect.driver, region=region, share=best)
+    return [own, *(p for p in places if p.driver != effect.driver)]
+
+
+def rejected_candidates(outcome: SearchOutcome, options: SearchOptions) -> tuple[Rejected, ...]:
+    """Return every judged candidate that was not taken, with the reason."""
+    found = []
+    for i, one in enumerate(outcome.rounds):
+        for contender in one.contenders:
+            if one.winner is not None and contender.name == one.winner.name:
+                continue
+            if contender.fall <= options.alarm:
+                reason = "does not predict the held-out blocks better"
+            elif contender.closed <= options.material_noise:
+                reason = "significant but too small to matter"
+            else:
+                reason = "helps, but less than the effect that was taken"
+            found.append(
+                Rejected(
+                    round=i, id=contender.name, fall=contender.fall, closed=contender.closed, reason=reason
+                )
+            )
+    return tuple(found)
+
+
+def rig_limits(outcome: SearchOutcome) -> RigLimits:
+    """Return limits that the training records themselves have shown to be safe."""
+    series = outcome.problem.series
+    travel = max((float(np.ptp(one.angle)) for one in series if one.angle.size), default=0.0)
+    amplitude = max(float(np.max(np.abs(one.input))) for one in series)
+    return RigLimits(amplitude=amplitude, travel=2.0 * travel if travel > 0.0 else np.inf)
+
+
+def assemble(
+    model: JointModel, outcome: SearchOutcome, scorer: Scorer, floor: dict[str, float], notes: Sequence[str]
+) -> GapResult:
+    """Return the answer."""
+    steps = []
+    for i, step in enumerate(outcome.steps):
+        steps.append(
+            result_step(outcome.problem, scorer, model, step, outcome.steps[i - 1] if i else None, floor)
+        )
+    last = outcome.steps[-1]
+    judged = [name for name in model.outputs if name in steps[0].test] or list(steps[0].test)
+    values = quantities(outcome.problem, last.state, model)
+    new = extended_model(model, values, last.state)
+    return GapResult(
+        verdict=outcome.verdict,
+        effects=last.state.added,
+        unknown=outcome.unknown,
+        parameter_changes=parameter_changes(model, values),
+        gap_before=total_gap(steps[0].test, judged),
+        gap_after=total_gap(steps[-1].test, judged),
+        noise_floor=floor,
+        steps=tuple(steps),
+        next_experiment=next_question(outcome, rig_limits(outcome)),
+        base_model=model,
+        model=new,
+        rejected=rejected_candidates(outcome, SearchOptions()),
+        notes=tuple(notes) + outcome.notes,
+        terms=new.effects,
+    )

@@ -1,0 +1,1 @@
+"""From recordings to arrays the fits can use: cleaning, binning, repeats, noise."""

@@ -1,0 +1,1 @@
+"""The catalogue: one file per effect, listed in one literal table."""

@@ -1,0 +1,80 @@
+"""Free play between motor and load: inside the gap the motor turns alone."""
+
+import math
+
+from discrepancy.effects.spec import Effect, EffectParameter, Kind, Port, Ranges, Start
+from discrepancy.simulation import slots as s
+
+
+def _starts(r: Ranges) -> list[Start]:
+    return [
+        {
+            "gap": g,
+            "load_share": a,
+            "stiffness": r.inertia * a * (1 - a) * (2 * 3.14159 * f) ** 2,
+            "damping_ratio": 0.5,
+            "friction_share": a,
+        }
+        for g in (0.05, 0.2)
+        for a in (0.3, 0.6)
+        for f in (12.0, 30.0)
+    ]
+
+
+BACKLASH = Effect(
+    id="backlash",
+    port=Port.TORQUE,
+    driver="speed_rad_s",
+    equation="J_m w_m' = Kt i - T, J_l w_l' = T; T = K (twist -+ gap/2) + D twist', 0 inside the gap, contacts "
+    "only push",
+    parameters=(
+        EffectParameter(
+            name="gap",
+            slot=s.GAP,
+            kind=Kind.ANGLE,
+            lower=1e-05,
+            upper=math.inf,
+            meaning="free play, peak to peak",
+            logarithmic=True,
+        ),
+        EffectParameter(
+            name="load_share",
+            slot=s.LOAD_SHARE,
+            kind=Kind.RATIO,
+            lower=0.05,
+            upper=0.95,
+            meaning="share of the inertia behind the gap",
+        ),
+        EffectParameter(
+            name="stiffness",
+            slot=s.STIFFNESS,
+            kind=Kind.STIFFNESS,
+            lower=1e-09,
+            upper=math.inf,
+            meaning="contact stiffness",
+            logarithmic=True,
+        ),
+        EffectParameter(
+            name="damping_ratio",
+            slot=s.DAMPING_RATIO,
+            kind=Kind.RATIO,
+            lower=0.01,
+            upper=2.0,
+            meaning="damping of the contact",
+            logarithmic=True,
+        ),
+        EffectParameter(
+            name="friction_share",
+            slot=s.LOAD_FRICTION_SHARE,
+            kind=Kind.RATIO,
+            lower=0.0,
+            upper=1.0,
+            meaning="share of the viscous friction behind the gap",
+        ),
+    ),
+    starts=_starts,
+    signature="torque residual spikes after each reversal of the torque",
+    confused_with=("belt_compliance", "presliding_hysteresis", "coulomb_friction"),
+    reference="M. Nordin, P.-O. Gutman, Automatica 38(10), 2002",
+    inverse=False,
+)

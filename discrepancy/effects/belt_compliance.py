@@ -1,0 +1,68 @@
+"""An elastic belt or shaft: motor and load are two masses with a spring between."""
+
+import math
+
+from discrepancy.effects.spec import Effect, EffectParameter, Kind, Port, Ranges, Start
+from discrepancy.simulation import slots as s
+
+
+def _starts(r: Ranges) -> list[Start]:
+    return [
+        {
+            "load_share": a,
+            "stiffness": r.inertia * a * (1 - a) * (2 * 3.14159 * f) ** 2,
+            "damping_ratio": 0.1,
+            "friction_share": a,
+        }
+        for a in (0.5,)
+        for f in (2.0, 4.0, 8.0, 15.0, 30.0)
+    ]
+
+
+BELT_COMPLIANCE = Effect(
+    id="belt_compliance",
+    port=Port.TORQUE,
+    driver="frequency",
+    equation="J_m w_m' = Kt i - T, J_l w_l' = T; T = K twist + D twist'",
+    parameters=(
+        EffectParameter(
+            name="load_share",
+            slot=s.LOAD_SHARE,
+            kind=Kind.RATIO,
+            lower=0.02,
+            upper=0.98,
+            meaning="share of the inertia behind the belt",
+        ),
+        EffectParameter(
+            name="stiffness",
+            slot=s.STIFFNESS,
+            kind=Kind.STIFFNESS,
+            lower=1e-09,
+            upper=math.inf,
+            meaning="stiffness",
+            logarithmic=True,
+        ),
+        EffectParameter(
+            name="damping_ratio",
+            slot=s.DAMPING_RATIO,
+            kind=Kind.RATIO,
+            lower=0.002,
+            upper=2.0,
+            meaning="damping ratio",
+            logarithmic=True,
+        ),
+        EffectParameter(
+            name="friction_share",
+            slot=s.LOAD_FRICTION_SHARE,
+            kind=Kind.RATIO,
+            lower=0.0,
+            upper=1.0,
+            meaning="share of the viscous friction behind the belt",
+        ),
+    ),
+    starts=_starts,
+    signature="residual in a narrow band of frequency: resonance and anti-resonance",
+    confused_with=("backlash", "current_loop_lag", "transport_delay"),
+    reference="G. Ellis, R. Lorenz, IAS 2000 (resonant load control)",
+    inverse=False,
+)

@@ -1,0 +1,258 @@
+"""Bounded Levenberg-Marquardt in scaled coordinates, with the windows' starting states projected out.
+
+Written here instead of using a library's because the projection and the forward differences on the compiled
+simulation are
+the hot path: a step costs one simulation a parameter. Reference: J. J. More, The Levenberg-Marquardt algorithm, 1978.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discrepancy.fitting.parameters import FitParameter
+from discrepancy.fitting.problem import SimulationProblem, Starts
+from discrepancy.simulation import slots as s
+
+FloatArray = NDArray[np.float64]
+
+_DIFFERENCE = 3e-4
+_COARSE_DIFFERENCE = 1e-2
+"""Backlash makes the motion chaotic: its loss is smooth only over steps that are larger than single contacts."""
+_RUNAWAY = 1e6
+_TOLERANCE = 3e-5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fit:
+    """A fitted point.
+
+    Attributes:
+        vector: the kernel's parameter vector.
+        starts: starting states of all windows.
+        residual: flattened, whitened, starts projected out, shape (N,).
+        jacobian: of the residual in scaled coordinates, projected likewise, shape (N, p); of the last iteration.
+        loss: sum of squares of the residual.
+    """
+
+    parameters: tuple[FitParameter, ...]
+    vector: FloatArray
+    starts: Starts
+    residual: FloatArray
+    jacobian: FloatArray
+    loss: float
+    iterations: int
+
+    @property
+    def values(self) -> FloatArray:
+        """Fitted values in SI units, shape (p,)."""
+        return np.array([self.vector[p.slot] for p in self.parameters])
+
+    def normal(self) -> FloatArray:
+        """Return the information matrix in scaled coordinates, shape (p, p)."""
+        return np.asarray(self.jacobian.T @ self.jacobian)
+
+    def covariance(self) -> FloatArray:
+        """Return the covariance of the values in SI units, shape (p, p), residual variance as found."""
+        p = len(self.parameters)
+        if p == 0:
+            return np.zeros((0, 0))
+        slope = np.array([q.slope(float(self.vector[q.slot])) for q in self.parameters])
+        variance = self.loss / max(1, self.residual.size - p)
+        return np.asarray(np.linalg.pinv(self.normal(), rcond=1e-14) * np.outer(slope, slope) * variance)
+
+
+class _Point:
+    """One evaluated point: simulation, residual, start sensitivities."""
+
+    def __init__(
+        self, problem: SimulationProblem, data: FloatArray, vector: FloatArray, starts: Starts
+    ) -> None:
+        self.vector, self.starts = vector, starts
+        self.outputs = problem.simulate(vector, starts)
+        self.raw = data - problem.flatten(self.outputs)
+        # A trial that runs away must lose, not raise.
+        self.raw = np.clip(np.nan_to_num(self.raw, nan=_RUNAWAY), -_RUNAWAY, _RUNAWAY)
+
+
+class _Projector:
+    """Removes what the starting states can explain, window by window."""
+
+    def __init__(self, problem: SimulationProblem, point: _Point) -> None:
+        columns = problem.start_columns(point.vector, point.starts, point.outputs)
+        self.slices = problem.window_slices() if columns else []
+        self.bases = []
+        self.inverses = []
+        for parts in self.slices:
+            block = np.stack([np.concatenate([c[part] for part in parts]) for c in columns], axis=1)
+            block = np.clip(np.nan_to_num(block), -1e9, 1e9)
+            norm = np.linalg.norm(block, axis=0)
+            block[:, norm < 1e-9] = 0.0
+            inverse = np.linalg.pinv(block, rcond=1e-9)
+            self.bases.append(block)
+            self.inverses.append(inverse)
+
+    def coefficients(self, values: FloatArray) -> list[FloatArray]:
+        """Return the start changes that explain `values` best, one array a window."""
+        return [
+            inverse @ np.concatenate([values[part] for part in parts])
+            for parts, inverse in zip(self.slices, self.inverses, strict=True)
+        ]
+
+    def project(self, values: FloatArray) -> FloatArray:
+        """Return `values` without what the starts explain; shape (N,) or (N, p)."""
+        result = values.copy()
+        for parts, base, inverse in zip(self.slices, self.bases, self.inverses, strict=True):
+            whole = np.concatenate([values[part] for part in parts])
+            whole = whole - base @ (inverse @ whole)
+            at = 0
+            for part in parts:
+                size = part.stop - part.start
+                result[part] = whole[at : at + size]
+                at += size
+        return result
+
+
+def project_starts(problem: SimulationProblem, at: Fit, columns: FloatArray) -> FloatArray:
+    """Return flattened columns, shape (N, k), without what the starting states at a fitted point can explain."""
+    return _Projector(problem, _Point(problem, problem.measured(), at.vector, at.starts)).project(columns)
+
+
+def _moved_starts(problem: SimulationProblem, starts: Starts, changes: list[FloatArray]) -> Starts:
+    rows = problem.start_rows() if changes else ()
+    moved = tuple(start.copy() for start in starts)
+    window = 0
+    for start in moved:
+        for m in range(start.shape[0]):
+            for column, row in enumerate(rows):
+                start[m, row] += changes[window][column]
+            window += 1
+    return moved
+
+
+def _jacobian(
+    problem: SimulationProblem,
+    point: _Point,
+    parameters: Sequence[FitParameter],
+    projector: _Projector,
+    reuse: FloatArray | None,
+) -> FloatArray:
+    """Return d simulated / d coordinate by forward differences, starts projected out, shape (N, p)."""
+    at = problem.flatten(point.outputs)
+    columns = np.empty((at.size, len(parameters)))
+    known = 0 if reuse is None else reuse.shape[1]
+    if reuse is not None:
+        columns[:, :known] = reuse
+    for i, parameter in enumerate(parameters):
+        if i < known:
+            continue
+        z = parameter.encode(float(point.vector[parameter.slot]))
+        h = _COARSE_DIFFERENCE if point.vector[s.GAP] > 0.0 else _DIFFERENCE
+        if parameter.decode(z + h) >= parameter.upper:
+            h = -h
+        vector = point.vector.copy()
+        vector[parameter.slot] = parameter.decode(z + h)
+        columns[:, i] = (problem.flatten(problem.simulate(vector, point.starts)) - at) / h
+    columns = np.clip(np.nan_to_num(columns), -1e9, 1e9)
+    return projector.project(columns)
+
+
+def _step(jacobian: FloatArray, residual: FloatArray, damping: float, free: NDArray[np.bool_]) -> FloatArray:
+    """Return the damped Gauss-Newton step of the free coordinates."""
+    step = np.zeros(jacobian.shape[1])
+    if not free.any():
+        return step
+    J = jacobian[:, free]
+    normal = J.T @ J
+    scale = np.sqrt(np.diag(normal)) + 1e-12
+    scaled = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
+    step[free] = np.linalg.lstsq(scaled, (J.T @ residual) / scale, rcond=1e-12)[0] / scale
+    return step
+
+
+def _free(point: _Point, parameters: Sequence[FitParameter], gradient: FloatArray) -> NDArray[np.bool_]:
+    """Mark coordinates that are not pressed against a bound."""
+    free = np.ones(len(parameters), dtype=np.bool_)
+    for i, parameter in enumerate(parameters):
+        value = float(point.vector[parameter.slot])
+        free[i] = not (
+            (value <= parameter.lower and gradient[i] <= 0.0)
+            or (value >= parameter.upper and gradient[i] >= 0.0)
+        )
+    return free
+
+
+def fit(
+    problem: SimulationProblem,
+    parameters: Sequence[FitParameter],
+    vector: FloatArray,
+    starts: Starts,
+    iterations: int = 15,
+    reuse: FloatArray | None = None,
+) -> Fit:
+    """Fit `parameters` from `vector`; everything else in it stays.
+
+    Args:
+        problem: data and noise.
+        parameters: what may move.
+        vector: starting values.
+        starts: starting states of the windows.
+        iterations: most Gauss-Newton steps.
+        reuse: Jacobian of the first parameters at a nearby point, shape (N, k); spares their simulations in a scan.
+    """
+    data = problem.measured()
+    point = _Point(problem, data, problem.prepare(vector), starts)
+    damping = 1e-3
+    done = 0
+    while True:
+        projector = _Projector(problem, point)
+        residual = projector.project(point.raw)
+        jacobian = _jacobian(problem, point, parameters, projector, reuse)
+        loss = float(residual @ residual)
+        if done >= iterations:
+            break
+        done += 1
+        better, damping = _descend(problem, data, (point, projector, residual, jacobian), parameters, damping)
+        if better is None:
+            break
+        gain = loss - better[1]
+        point = better[0]
+        if gain <= _TOLERANCE * loss:
+            projector = _Projector(problem, point)
+            residual = projector.project(point.raw)
+            loss = float(residual @ residual)
+            break
+    return Fit(
+        parameters=tuple(parameters), vector=point.vector, starts=point.starts, residual=residual,
+        jacobian=jacobian, loss=loss, iterations=done,
+    )  # fmt: skip
+
+
+def _descend(
+    problem: SimulationProblem,
+    data: FloatArray,
+    at: tuple[_Point, _Projector, FloatArray, FloatArray],
+    parameters: Sequence[FitParameter],
+    damping: float,
+) -> tuple[tuple[_Point, float] | None, float]:
+    """Try steps with growing damping until one lowers the loss."""
+    point, projector, residual, jacobian = at
+    loss = float(residual @ residual)
+    free = _free(point, parameters, jacobian.T @ residual)
+    for _ in range(6):
+        step = np.clip(_step(jacobian, residual, damping, free), -2.0, 2.0)
+        vector = point.vector.copy()
+        for i, parameter in enumerate(parameters):
+            z = parameter.encode(float(vector[parameter.slot])) + step[i]
+            vector[parameter.slot] = parameter.decode(z)
+        # The starts follow the step linearly: what the moved parameters leave for them to explain.
+        changes = projector.coefficients(point.raw - jacobian @ step)
+        moved = _moved_starts(problem, point.starts, changes)
+        trial = _Point(problem, data, problem.prepare(vector), moved)
+        value = projector.project(trial.raw)
+        trial_loss = float(value @ value)
+        if trial_loss < loss:
+            return (trial, trial_loss), max(damping * 0.2, 1e-9)
+        damping = max(damping * 8.0, 1e-4)
+    return None, damping

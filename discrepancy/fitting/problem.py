@@ -1,0 +1,147 @@
+"""A fit's view of the data: parameter vector in, weighted (and whitened) residual out.
+
+The starting speed and angle of each window are nuisance numbers. They are not moved by the search but projected out:
+each
+window has one or two columns of sensitivities to its start, and residual and Jacobian are made orthogonal to them.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from discrepancy.data.series import POSITION, SPEED, Series
+from discrepancy.simulation import slots as s
+from discrepancy.simulation.kernels.joint import simulate_record
+
+FloatArray = NDArray[np.float64]
+Starts = tuple[FloatArray, ...]
+
+_START_STEP = 1e-4
+
+
+def safe_step(vector: FloatArray, longest: float) -> float:
+    """Return a sub-step that resolves the fastest oscillation these parameters can make."""
+    inertia = vector[s.INERTIA]
+    fastest = 0.0
+    if vector[s.LOAD_SHARE] > 0.0:
+        share = vector[s.LOAD_SHARE]
+        fastest = max(fastest, vector[s.STIFFNESS] / (inertia * share * (1.0 - share)))
+    if vector[s.PRESLIDING_LEVEL] > 0.0:
+        fastest = max(fastest, vector[s.PRESLIDING_STIFFNESS] / inertia)
+    fastest = max(fastest, vector[s.STOP_STIFFNESS] / inertia)
+    if fastest <= 0.0:
+        return longest
+    return max(2e-5, min(longest, 0.25 / math.sqrt(fastest)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noise:
+    """What is known about the measurement noise of each output.
+
+    Attributes:
+        sigma: standard deviation of a binned sample, by output.
+        whitener: coefficients a of the prediction-error filter 1 + a1 z^-1 + ..., by output; absent means white.
+    """
+
+    sigma: Mapping[str, float]
+    whitener: Mapping[str, FloatArray] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SimulationProblem:
+    """Free-run simulation against measured outputs."""
+
+    series: tuple[Series, ...]
+    noise: Noise
+    longest_step: float = 5e-3
+
+    def initial_starts(self) -> Starts:
+        """Return the windows' starting states read off the measurement."""
+        return tuple(series.starts.copy() for series in self.series)
+
+    def prepare(self, vector: FloatArray) -> FloatArray:
+        """Return the vector with the sub-step that it needs."""
+        changed = vector.copy()
+        changed[s.MAX_STEP] = safe_step(vector, self.longest_step)
+        return changed
+
+    def simulate(self, vector: FloatArray, starts: Starts) -> list[FloatArray]:
+        """Return the simulated outputs of each record, shape (3, n)."""
+        return [
+            simulate_record(vector, one.time_s, one.input, one.angle, one.windows, start)
+            for one, start in zip(self.series, starts, strict=True)
+        ]
+
+    def flatten(self, outputs: Sequence[FloatArray]) -> FloatArray:
+        """Weight, whiten and join what `simulate` returned (or differences of it)."""
+        parts = []
+        for one, output in zip(self.series, outputs, strict=True):
+            for channel in one.channels:
+                scaled = output[channel.row] * channel.weight / self.noise.sigma[channel.name]
+                whitener = self.noise.whitener.get(channel.name)
+                parts.append(scaled if whitener is None else np.asarray(lfilter(whitener, [1.0], scaled)))
+        return np.concatenate(parts)
+
+    def measured(self) -> FloatArray:
+        """Return the measured outputs in the shape of `flatten`."""
+        rows = []
+        for one in self.series:
+            output = np.zeros((4, one.n))
+            for channel in one.channels:
+                output[channel.row] = channel.values
+            rows.append(output)
+        return self.flatten(rows)
+
+    def start_rows(self) -> tuple[int, ...]:
+        """Return which starting states the outputs reveal: speed, and angle where a position is an output."""
+        has_position = any(channel.row == POSITION for channel in self.series[0].channels)
+        return (SPEED, POSITION) if has_position else (SPEED,)
+
+    def start_columns(self, vector: FloatArray, starts: Starts, at: list[FloatArray]) -> list[FloatArray]:
+        """Return the sensitivities of the flattened output to all starting speeds, then to all starting angles."""
+        columns = []
+        for row in self.start_rows():
+            size = [_START_STEP * max(1e-9, float(np.ptp(_channel_values(one, row)))) for one in self.series]
+            moved = tuple(start.copy() for start in starts)
+            for start, step in zip(moved, size, strict=True):
+                start[:, row] += step
+            changed = self.simulate(vector, moved)
+            columns.append(self.flatten([(b - a) / h for a, b, h in zip(at, changed, size, strict=True)]))
+        return columns
+
+    def window_slices(self) -> list[list[slice]]:
+        """Return, for each window, the slices of the flattened residual that belong to it (one per channel)."""
+        found = []
+        offset = 0
+        for one in self.series:
+            for a, b in one.edges:
+                found.append(
+                    [slice(offset + c * one.n + a, offset + c * one.n + b) for c in range(len(one.channels))]
+                )
+            offset += one.n * len(one.channels)
+        return found
+
+    def blocks(self, seconds: float) -> list[list[slice]]:
+        """Return slices of the flattened residual that belong together in time, for leaving out one at a time."""
+        found = []
+        offset = 0
+        for one in self.series:
+            count = max(2, round(one.n * one.step / seconds))
+            edges = np.linspace(0, one.n, count + 1).astype(int)
+            for a, b in zip(edges[:-1], edges[1:], strict=True):
+                found.append(
+                    [slice(offset + c * one.n + a, offset + c * one.n + b) for c in range(len(one.channels))]
+                )
+            offset += one.n * len(one.channels)
+        return found
+
+
+def _channel_values(series: Series, row: int) -> FloatArray:
+    for channel in series.channels:
+        if channel.row == row:
+            return channel.values
+    return np.array([0.0, 1.0])

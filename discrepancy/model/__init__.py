@@ -1,0 +1,1 @@
+"""The joint model file: nameplate parameters, effects, how it is judged."""

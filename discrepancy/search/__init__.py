@@ -1,0 +1,1 @@
+"""Which effect is missing: judge, choose, prune, say what else it could be."""

@@ -1,0 +1,171 @@
+"""The whole search: rounds until nothing helps, then prune and swap."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from discrepancy.data.series import TORQUE
+from discrepancy.effects.spec import Port, Ranges
+from discrepancy.effects.table import EFFECTS
+from discrepancy.fitting.problem import SimulationProblem
+from discrepancy.locate import Place, locate
+from discrepancy.search.doubts import find_doubt
+from discrepancy.search.greedy import Context, Equivalent, Round, residual_parts, run_round
+from discrepancy.search.options import SearchOptions
+from discrepancy.search.remainder import find_remainder
+from discrepancy.search.state import State, refit, without
+
+MANY_MINOR = 3
+MINOR_SHARE = 0.15
+"""An effect that closes less than this part of all that was closed is minor."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """One accepted model, base first."""
+
+    state: State
+    added: str | None
+    equivalents: tuple[Equivalent, ...] = ()
+    fall: float = 0.0
+    closed: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchOutcome:
+    """The accepted models in order and every round as it went."""
+
+    steps: tuple[Step, ...]
+    rounds: tuple[Round, ...]
+    problem: SimulationProblem
+    unknown: Place | None = None
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def is_torque(self) -> bool:
+        """Whether the torque balance was judged, not a simulation."""
+        return self.problem.series[0].channels[0].row == TORQUE
+
+    @property
+    def verdict(self) -> str:
+        """`named`, `none` or `unknown`."""
+        if self.unknown is not None:
+            return "unknown"
+        return "named" if len(self.steps) > 1 else "none"
+
+
+def search(
+    problem: SimulationProblem,
+    state: State,
+    ranges: Ranges,
+    options: SearchOptions,
+    context: Context,
+    names: Mapping[str, str],
+) -> SearchOutcome:
+    """Add effects while one helps significantly and materially."""
+    steps = [Step(state=state, added=None)]
+    rounds: list[Round] = []
+    current, closed = state, 0.0
+    # Adding and pruning could follow each other for ever: the number of rounds is bounded too.
+    while len(current.added) < options.most_effects and len(rounds) < 2 * options.most_effects:
+        done = run_round(problem, current, ranges, options, replace(context, closed=closed))
+        rounds.append(done)
+        if done.winner is None:
+            break
+        current = refit(problem, done.winner.state, ranges, 3)
+        closed = float(np.hypot(closed, done.winner.closed))
+        steps.append(
+            Step(
+                state=current, added=done.winner.name, equivalents=done.equivalents,
+                fall=done.winner.fall, closed=done.winner.closed,
+            )
+        )  # fmt: skip
+        current, steps = prune(problem, (current, steps), ranges, (options, context, closed))
+    outcome = SearchOutcome(steps=tuple(steps), rounds=tuple(rounds), problem=problem)
+    patched = patchwork(outcome)
+    if patched:
+        places = locate(problem.series, residual_parts(problem, state), state.fit.vector, names)
+        return _withdraw(outcome, places[0], (ranges, names, patched)) if places else outcome
+    unknown = find_remainder(problem, state, current, context, names)
+    if unknown is None and len(steps) > 1 and not outcome.is_torque:
+        doubt = find_doubt(problem, current, (ranges, options, replace(context, closed=closed)), names)
+        return replace(outcome, unknown=doubt)
+    if unknown is None or len(steps) == 1:
+        return replace(outcome, unknown=unknown)
+    places = locate(problem.series, residual_parts(problem, state), state.fit.vector, names)
+    return _withdraw(outcome, places[0] if places else unknown, (ranges, names, frozenset()))
+
+
+def prune(
+    problem: SimulationProblem,
+    found: tuple[State, list[Step]],
+    ranges: Ranges,
+    limits: tuple[SearchOptions, Context, float],
+) -> tuple[State, list[Step]]:
+    """Drop earlier effects that the newest one has made unnecessary.
+
+    Args:
+        problem: with white noise weights.
+        found: the model so far and its steps.
+        ranges: sizes of the signals.
+        limits: options, bin size, and what has been closed so far.
+    """
+    current, steps = found
+    options, context, closed = limits
+    visible = max(options.material_noise, options.form_error * closed)
+    for name in current.added[:-1]:
+        trial = refit(problem, without(current, [name]), ranges, 8)
+        lost = np.sqrt(
+            max(0.0, trial.fit.loss - current.fit.loss) / trial.fit.residual.size / context.bin_size
+        )
+        if lost < visible:
+            current = trial
+            steps = [step for step in steps if step.added != name]
+            steps[-1] = replace(steps[-1], state=trial)
+    return current, steps
+
+
+def patchwork(outcome: SearchOutcome) -> frozenset[str]:
+    """Return the laws that were patched together because the right one is not in the catalogue.
+
+    A second law over the same variable that closes little beside the first says that the first has the wrong form;
+    so do
+    three or more small ones over any variable.
+    """
+    added = [step for step in outcome.steps if step.added is not None]
+    total = float(np.sqrt(sum(step.closed**2 for step in added)))
+    minor = [step for step in added if step.closed < MINOR_SHARE * total]
+    doubted = {str(step.added) for step in minor} if len(minor) >= MANY_MINOR else set()
+    for small in minor:
+        for big in added:
+            if big not in minor and _place_of(big) == _place_of(small):
+                doubted |= {str(small.added), str(big.added)}
+    return frozenset(doubted)
+
+
+def _place_of(step: Step) -> tuple[Port, str]:
+    effect = EFFECTS[str(step.added)]
+    return effect.port, effect.driver
+
+
+def _withdraw(
+    outcome: SearchOutcome, unknown: Place, rest: tuple[Ranges, Mapping[str, str], frozenset[str]]
+) -> SearchOutcome:
+    """Take back doubted names and those over the unknown's driver: they were the nearest laws, not the right one."""
+    ranges, names, patched = rest
+    added = outcome.steps[-1].state.added
+    doubted = [
+        n
+        for n in added
+        if n in patched or (EFFECTS[n].port, EFFECTS[n].driver) == (unknown.port, unknown.driver)
+    ]
+    kept = [outcome.steps[0]]
+    for step in outcome.steps[1:]:
+        if step.added not in doubted:
+            gone = [name for name in doubted if name in step.state.added]
+            kept.append(replace(step, state=refit(outcome.problem, without(step.state, gone), ranges, 8)))
+    state = kept[-1].state
+    places = locate(outcome.problem.series, residual_parts(outcome.problem, state), state.fit.vector, names)
+    same = [place for place in places if place.driver == unknown.driver and place.port == unknown.port]
+    return replace(outcome, steps=tuple(kept), unknown=same[0] if same else unknown)

@@ -1,0 +1,270 @@
+"""One round of the search: fit every candidate, find the noise, judge on held-out blocks, choose."""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discrepancy.effects.spec import Ranges
+from discrepancy.effects.table import EFFECTS
+from discrepancy.fitting.noise import fit_whitener, innovation_sigma
+from discrepancy.fitting.problem import Noise, SimulationProblem
+from discrepancy.search.judge import held_out
+from discrepancy.search.options import SearchOptions
+from discrepancy.search.state import State, polish, refit, scan_effect, without
+
+FloatArray = NDArray[np.float64]
+A = TypeVar("A")
+B = TypeVar("B")
+FAR = 9.0
+"""Candidates whose loss is this multiple of the best one's cannot win under any noise model."""
+
+Equivalent = str | tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contender:
+    """A fitted candidate of one round.
+
+    Attributes:
+        fall: by how much it lowers the held-out loss of the round's starting model, in noise variances.
+        closed: closed part of the gap, as rms in units of one sample's noise.
+        size: number of fitted parameters of its effects.
+    """
+
+    name: str
+    state: State
+    white_loss: float
+    fall: float = 0.0
+    closed: float = 0.0
+
+    @property
+    def size(self) -> int:
+        """Number of fitted parameters of all added effects."""
+        return self.state.size
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Round:
+    """What one round found, best first."""
+
+    before: State
+    contenders: tuple[Contender, ...]
+    winner: Contender | None
+    equivalents: tuple[Equivalent, ...]
+    problem: SimulationProblem
+
+
+def candidates_for(state: State, excluded: frozenset[str]) -> list[str]:
+    """Return the effects that may still be added: not present, and not contained in one that is."""
+    covered = set(state.present) | excluded
+    for name in state.present:
+        covered |= set(EFFECTS[name].contains)
+    return [name for name in EFFECTS if name not in covered]
+
+
+def fan_out(executor: Executor | None, function: Callable[[A], B], items: Sequence[A]) -> list[B]:
+    """Apply `function` to all items, on the executor if there is one."""
+    if executor is None:
+        return [function(item) for item in items]
+    return list(executor.map(function, items))
+
+
+def noise_from(problem: SimulationProblem, state: State) -> Noise:
+    """Return the noise model that the residual of a good model shows."""
+    sigma, whitener = {}, {}
+    parts = residual_parts(problem, state)
+    for c, channel in enumerate(problem.series[0].channels):
+        realisations = [record[c] for record in parts]
+        whitener[channel.name] = fit_whitener(realisations)
+        sigma[channel.name] = max(innovation_sigma(realisations, whitener[channel.name]), 1e-12)
+    return Noise(sigma=sigma, whitener=whitener)
+
+
+def residual_parts(problem: SimulationProblem, state: State) -> list[list[FloatArray]]:
+    """Return measured minus simulated, in SI units, by record and channel."""
+    outputs = problem.simulate(state.fit.vector, state.fit.starts)
+    return [
+        [(channel.values - output[channel.row]) * (channel.weight > 0) for channel in one.channels]
+        for one, output in zip(problem.series, outputs, strict=True)
+    ]
+
+
+def run_round(
+    problem: SimulationProblem, state: State, ranges: Ranges, options: SearchOptions, context: "Context"
+) -> Round:
+    """Fit every effect on top of `state` and choose.
+
+    Args:
+        problem: with white noise weights.
+        state: the model so far.
+        ranges: sizes of the signals.
+        options: decision limits.
+        context: executor, noise of repeats if known, samples per bin.
+    """
+    contenders = fit_all(problem, state, ranges, options, context)
+    best = contenders[0]
+    # What a candidate's fit found for the parameters of the joint alone is no merit of the candidate.
+    bare = refit(problem, without(best.state, [best.name]), ranges, 8)
+    if best.state.added[:-1] == state.added and bare.fit.loss < state.fit.loss:
+        state = replace(state, fit=bare.fit)
+    while True:
+        done = _judge(problem, state, contenders, (ranges, options, context))
+        leader = next(c for c in done.contenders if c.name == contenders[0].name)
+        # A law that fits what it has seen and fails on what it has not must not set the measure for the others.
+        if done.winner is not None or leader.fall > -options.alarm or len(contenders) < 2:
+            return done
+        contenders = contenders[1:]
+
+
+def _judge(
+    problem: SimulationProblem,
+    state: State,
+    contenders: Sequence[Contender],
+    rest: tuple[Ranges, SearchOptions, "Context"],
+) -> Round:
+    """Judge the best contenders on held-out blocks, in the noise that the best of them leaves (or repeats show)."""
+    ranges, options, context = rest
+    best = contenders[0]
+    sharp = replace(problem, noise=context.repeat_noise or noise_from(problem, best.state))
+    finalists = [c for c in contenders[: options.finalists] if c.white_loss < FAR * best.white_loss]
+    before = refit(sharp, state, ranges, 3)
+    states = {c.name: c.state for c in finalists}
+    again = fan_out(context.executor, partial(_again, sharp, states, ranges), list(states))
+    unit = _noise_unit(sharp, before, again, known=context.repeat_noise is not None)
+    reference = held_out(sharp, before.fit).loss / unit
+    n = state.fit.residual.size
+    judged = []
+    for contender, one in zip(finalists, again, strict=True):
+        closed = np.sqrt(max(0.0, state.fit.loss - contender.white_loss) / n / context.bin_size)
+        fall = reference - held_out(sharp, one.fit).loss / unit
+        judged.append(replace(contender, state=one, fall=float(fall), closed=float(closed)))
+    judged.sort(key=lambda c: options.per_parameter * c.size - c.fall)
+    winner = choose(judged, options, (state, context.closed))
+    others = () if winner is None else equivalents_of(winner, judged, options)
+    return Round(before=before, contenders=tuple(judged), winner=winner, equivalents=others, problem=sharp)
+
+
+def fit_all(
+    problem: SimulationProblem, state: State, ranges: Ranges, options: SearchOptions, context: "Context"
+) -> list[Contender]:
+    """Fit every candidate, best first.
+
+    All are scanned from all starts; scanning orders the work, and every candidate that could still win is fitted to the
+    end. A candidate is left half-fitted only where the best one is better than it by a factor that more steps do not
+    give.
+    """
+    names = candidates_for(state, context.excluded)
+    scanned = fan_out(context.executor, partial(_scan, problem, state, ranges), names)
+    floor = min(one[0].fit.loss for one in scanned)
+    limit = max(floor, float(state.fit.residual.size)) + 0.5 * max(0.0, state.fit.loss - floor)
+    ranked = sorted(scanned, key=lambda one: one[0].fit.loss)
+    keep = [one for i, one in enumerate(ranked) if one[0].fit.loss < limit or i < options.finalists]
+    done = fan_out(context.executor, partial(_polish, problem, ranges), keep)
+    done.extend(one[0] for one in ranked if not any(one is k for k in keep))
+    contenders = [Contender(name=one.added[-1], state=one, white_loss=one.fit.loss) for one in done]
+    return sorted(contenders, key=lambda c: c.white_loss + options.per_parameter * c.size)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Context:
+    """What a round needs besides data and model.
+
+    Attributes:
+        repeat_noise: noise model that repeats show, None without repeats.
+        bin_size: variance of one sample over that of a bin (the number of samples in it for white noise).
+        excluded: effects that this way of judging cannot see, or that a free parameter already is.
+        closed: what earlier rounds have closed, rms in units of one sample's noise.
+    """
+
+    executor: Executor | None
+    repeat_noise: Noise | None
+    bin_size: float
+    excluded: frozenset[str] = frozenset()
+    closed: float = 0.0
+
+
+def _scan(problem: SimulationProblem, state: State, ranges: Ranges, name: str) -> list[State]:
+    return scan_effect(problem, state, name, ranges)
+
+
+def _polish(problem: SimulationProblem, ranges: Ranges, scanned: list[State]) -> State:
+    return polish(problem, scanned, ranges)
+
+
+def _again(problem: SimulationProblem, states: dict[str, State], ranges: Ranges, name: str) -> State:
+    return refit(problem, states[name], ranges, 3)
+
+
+def _noise_unit(problem: SimulationProblem, before: State, again: Sequence[State], *, known: bool) -> float:
+    """Return the noise variance of a whitened sample: known from repeats, else what the best model leaves."""
+    best = min(one.fit.loss for one in (before, *again)) / before.fit.residual.size
+    return max(1.0, best) if known else best
+
+
+def choose(
+    judged: Sequence[Contender], options: SearchOptions, before: tuple[State, float]
+) -> Contender | None:
+    """Return the contender to add: significant, material, and the simplest among those that do the same."""
+    state, closed_before = before
+    tolerance = options.chaotic_form_error if "backlash" in state.present else options.form_error
+    passing = [
+        c
+        for c in judged
+        if c.fall > options.alarm + options.per_parameter * own_size(c)
+        and c.closed > max(options.material_noise, tolerance * closed_before)
+        and c.white_loss < (1.0 - options.material_rms) ** 2 * state.fit.loss
+    ]
+    if not passing:
+        return None
+    best = passing[0]
+    for rival in passing[1:]:
+        if rival.name not in EFFECTS[best.name].contains:
+            continue
+        # What the richer law closes beyond the simpler one, against all that it closes.
+        extra = np.sqrt(max(0.0, best.closed**2 - rival.closed**2))
+        if extra < max(options.material_noise, options.material_gap * best.closed):
+            best = rival
+    return best
+
+
+def own_size(contender: Contender) -> int:
+    """Return how many parameters the newest effect brought."""
+    return sum(1 for p in contender.state.fit.parameters if p.owner == contender.name)
+
+
+def equivalents_of(
+    winner: Contender, judged: Sequence[Contender], options: SearchOptions
+) -> tuple[Equivalent, ...]:
+    """Return the rivals that this data cannot tell from the winner."""
+    found: list[Equivalent] = []
+    for rival in judged:
+        if (
+            rival.name == winner.name
+            or rival.fall <= options.alarm
+            or winner.name in EFFECTS[rival.name].contains
+        ):
+            continue
+        apart = np.sqrt(max(0.0, winner.closed**2 - rival.closed**2))
+        if winner.fall - rival.fall < options.doubt or apart < 0.5 * options.material_noise:
+            found.append(rival.name)
+    found.extend(exact_equivalents(winner.state.added))
+    return tuple(dict.fromkeys(found))
+
+
+def exact_equivalents(added: Sequence[str]) -> list[Equivalent]:
+    """Return what no measurement can tell from the newest effect, because the equations are the same."""
+    newest = added[-1]
+    if newest == "asymmetric_coulomb_friction":
+        return [("coulomb_friction", "load_torque_offset"), ("coulomb_friction", "current_sensor_offset")]
+    pair = {"load_torque_offset": "current_sensor_offset", "current_sensor_offset": "load_torque_offset"}
+    if newest in pair:
+        same: list[Equivalent] = [pair[newest]]
+        return [*same, "asymmetric_coulomb_friction"] if "coulomb_friction" in added else same
+    if newest == "coulomb_friction" and set(pair) & set(added):
+        return ["asymmetric_coulomb_friction"]
+    return []

@@ -1,0 +1,35 @@
+"""The few numbers that decide when an effect is named. Each says what it protects from."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchOptions:
+    """Decision limits of the search.
+
+    Attributes:
+        alarm: least fall of the held-out loss, in noise variances, for an effect to enter. A search tries about 80
+            starts;
+            the 99.9 % quantile of the largest of 80 chi-square numbers with three degrees of freedom is about 28.
+        per_parameter: further fall asked for each parameter of an effect (log of the number of independent samples).
+        material_noise: least closed gap in units of the noise of one sample; below it nobody could see the effect.
+        material_gap: two models whose difference is less than this part of the gap that either closes are the same.
+        doubt: fall of the held-out loss within which rivals count as equivalent.
+        most_effects: the search ends after so many.
+        material_rms: least relative fall of the rms error. Used where noise is not known and model error stands for it
+            (judging by torque), zero otherwise.
+        form_error: part of all that has been closed that a further effect must close: no reduced model is exact.
+        chaotic_form_error: the same with backlash in the model, whose free run is chaotic.
+        finalists: candidates that are fitted again with the winner's noise model.
+    """
+
+    alarm: float = 30.0
+    per_parameter: float = 8.0
+    material_noise: float = 0.02
+    material_gap: float = 0.05
+    doubt: float = 12.0
+    most_effects: int = 5
+    finalists: int = 8
+    material_rms: float = 0.0
+    form_error: float = 0.02
+    chaotic_form_error: float = 0.2

@@ -1,0 +1,103 @@
+"""A model on its way: which effects it has, its fitted numbers, and what a candidate changes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discrepancy.effects.spec import Port, Ranges
+from discrepancy.effects.table import EFFECTS
+from discrepancy.fitting.levenberg import Fit, fit
+from discrepancy.fitting.parameters import FitParameter, clear_effect, effect_parameters, write_start
+from discrepancy.fitting.problem import SimulationProblem
+
+SCAN_KEEP = 2
+FULL_ITERATIONS = 14
+RIVAL_START = 1.3
+"""A second start is followed if its scanned loss is at most this multiple of the first one's."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class State:
+    """A fitted model during the search.
+
+    Attributes:
+        base: parameters of the joint itself and of effects that the model file already held.
+        given: ids of effects in the model file; they stay.
+        added: ids that the search has added, in order.
+        fit: the fitted point.
+        nameplate: the kernel's vector before recalibration, None once effects were added.
+    """
+
+    base: tuple[FitParameter, ...]
+    given: tuple[str, ...]
+    added: tuple[str, ...]
+    fit: Fit
+    nameplate: NDArray[np.float64] | None = None
+
+    @property
+    def present(self) -> tuple[str, ...]:
+        """All effects in the model."""
+        return self.given + self.added
+
+    @property
+    def size(self) -> int:
+        """Number of fitted parameters of the added effects."""
+        return len(self.fit.parameters) - len(self.base)
+
+
+def parameters_of(
+    base: Sequence[FitParameter], given: Sequence[str], added: Sequence[str], ranges: Ranges
+) -> list[FitParameter]:
+    """Return all parameters that a model with these effects fits."""
+    found = list(base)
+    for i, name in enumerate(added):
+        others = [*given, *added[:i], *added[i + 1 :]]
+        found.extend(effect_parameters(EFFECTS[name], others, ranges))
+    return found
+
+
+def without(state: State, names: Sequence[str]) -> State:
+    """Return the model with some added effects switched off (not refitted)."""
+    vector = state.fit.vector
+    for name in names:
+        vector = clear_effect(vector, EFFECTS[name])
+    kept = tuple(name for name in state.added if name not in names)
+    return replace(state, added=kept, fit=replace(state.fit, vector=vector))
+
+
+def refit(
+    problem: SimulationProblem, state: State, ranges: Ranges, iterations: int = FULL_ITERATIONS
+) -> State:
+    """Fit the model again from where it stands."""
+    parameters = parameters_of(state.base, state.given, state.added, ranges)
+    return replace(state, fit=fit(problem, parameters, state.fit.vector, state.fit.starts, iterations))
+
+
+def scan_effect(problem: SimulationProblem, state: State, name: str, ranges: Ranges) -> list[State]:
+    """Try every start of one more effect for a few steps; return the best, best first.
+
+    Effects that the new one contains make way for it.
+    """
+    effect = EFFECTS[name]
+    bare = without(state, [other for other in state.added if other in effect.contains])
+    parameters = parameters_of(bare.base, bare.given, (*bare.added, name), ranges)
+    vectors = [write_start(bare.fit.vector, effect, start, bare.present) for start in effect.starts(ranges)]
+    first = 2 if len(vectors) > SCAN_KEEP else 4
+    reuse = state.fit.jacobian[:, : len(state.base)]
+    trials = [fit(problem, parameters, vector, bare.fit.starts, first, reuse) for vector in vectors]
+    if effect.port is Port.SENSOR and state.nameplate is not None:
+        # A sensor that lies grossly drags the recalibrated joint far away: start from the nameplate too.
+        lied = write_start(state.nameplate, effect, effect.starts(ranges)[0], bare.present)
+        trials.append(fit(problem, parameters, lied, bare.fit.starts, 4))
+    trials.sort(key=lambda trial: trial.loss)
+    return [
+        replace(bare, added=(*bare.added, name), fit=trial, nameplate=None) for trial in trials[:SCAN_KEEP]
+    ]
+
+
+def polish(problem: SimulationProblem, scanned: Sequence[State], ranges: Ranges) -> State:
+    """Fit the scanned starts of one effect to the end, unless one is far behind, and return the best."""
+    worth = [one for one in scanned if one.fit.loss <= RIVAL_START * scanned[0].fit.loss]
+    return min((refit(problem, one, ranges) for one in worth), key=lambda one: one.fit.loss)

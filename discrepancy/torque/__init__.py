@@ -1,0 +1,1 @@
+"""Judging by inverse dynamics, for recordings made in closed loop."""

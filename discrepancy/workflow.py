@@ -1,0 +1,267 @@
+"""The whole chain: recalibrate, locate, name, add, show. Arrays in, `GapResult` out; files are written by `report`."""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.recording.recording import Recording
+from discrepancy.assemble import assemble, column_names
+from discrepancy.data.checks import check_inputs
+from discrepancy.data.ranges import find_waves, signal_ranges
+from discrepancy.data.series import CURRENT, SPEED, Series, bin_series, cut_windows, read_series
+from discrepancy.effects.spec import Ranges
+from discrepancy.effects.table import EFFECTS
+from discrepancy.errors import GapInputError
+from discrepancy.evaluate import simulation_scorer
+from discrepancy.fitting.levenberg import fit
+from discrepancy.fitting.noise import (
+    find_repeats,
+    fit_whitener,
+    high_band_sigma,
+    innovation_sigma,
+    repeat_noise,
+    sample_sigma,
+    sigma_or_floor,
+)
+from discrepancy.fitting.parameters import base_parameters, effect_parameters, model_vector
+from discrepancy.fitting.problem import Noise, SimulationProblem
+from discrepancy.model.schema import BASE_SLOTS, InputHold, JointModel, Judge
+from discrepancy.result import GapResult
+from discrepancy.search.finish import search
+from discrepancy.search.greedy import Context, residual_parts
+from discrepancy.search.options import SearchOptions
+from discrepancy.search.state import State
+from discrepancy.simulation import slots as s
+from discrepancy.torque.prepare import torque_problem, torque_scorer
+from discrepancy.torque.problem import Motion, read_motion
+
+MOST_SAMPLES = 14_000
+SHORTEST_BIN_S = 1e-3
+TORQUE_MATERIAL = 0.06
+TORQUE_FORM_ERROR = 0.1
+LEAST_RESPONSE = 0.01
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GapOptions:
+    """How the workflow runs.
+
+    Attributes:
+        search: decision limits.
+        executor: where candidate fits run; None means in this process, one after the other.
+    """
+
+    search: SearchOptions = field(default_factory=SearchOptions)
+    executor: Executor | None = None
+
+
+def run_gap(
+    model: JointModel,
+    train_records: Sequence[Recording],
+    test_records: Sequence[Recording],
+    options: GapOptions | None = None,
+) -> GapResult:
+    """Find what the model lacks.
+
+    Raises:
+        GapInputError: the recordings or the model do not allow an answer; the message says what would.
+    """
+    chosen = options or GapOptions()
+    model, scale_notes = hold_scale(model)
+    if model.judge_by is Judge.TORQUE:
+        return _run_torque(model, (train_records, test_records), chosen, scale_notes)
+    train = [read_series(record, model, f"train[{i}]") for i, record in enumerate(train_records)]
+    test = [read_series(record, model, f"test[{i}]") for i, record in enumerate(test_records)]
+    notes = scale_notes + check_inputs(model, train, test)
+    prepared = prepare_simulation(model, train, chosen.executor)
+    names = column_names(model)
+    outcome = search(
+        prepared.problem, prepared.state, prepared.ranges, chosen.search, prepared.context, names
+    )
+    return assemble(model, outcome, simulation_scorer(train, test), prepared.noise_floor, notes)
+
+
+def _run_torque(
+    model: JointModel,
+    records: tuple[Sequence[Recording], Sequence[Recording]],
+    chosen: GapOptions,
+    scale_notes: list[str],
+) -> GapResult:
+    train_records, test_records = records
+    train = [read_motion(record, model, f"train[{i}]") for i, record in enumerate(train_records)]
+    test = [read_motion(record, model, f"test[{i}]") for i, record in enumerate(test_records)]
+    notes = scale_notes + check_inputs(model, [one for _, one in train], [one for _, one in test])
+    prepared = prepare_torque(model, train, chosen.executor)
+    names = column_names(model)
+    limits = replace(
+        chosen.search,
+        material_rms=max(chosen.search.material_rms, TORQUE_MATERIAL),
+        material_gap=max(chosen.search.material_gap, TORQUE_FORM_ERROR),
+    )
+    outcome = search(prepared.problem, prepared.state, prepared.ranges, limits, prepared.context, names)
+    scorer = torque_scorer(model, train, test)
+    return assemble(model, outcome, scorer, prepared.noise_floor, notes)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prepared:
+    """The recalibrated base model and everything the search needs.
+
+    Attributes:
+        noise_floor: standard deviation of one sample's noise by output.
+        timing: bounds of the input's unknown timing, s; None where the model file states it.
+    """
+
+    problem: SimulationProblem
+    state: State
+    ranges: Ranges
+    context: Context
+    noise_floor: dict[str, float]
+    repeats: int
+    timing: tuple[float, float] | None
+
+
+def choose_bin(train: Sequence[Series]) -> int:
+    """Return how many samples are averaged into one."""
+    total = sum(one.n for one in train)
+    step = train[0].step
+    return max(1, min(round(20e-3 / step), max(round(SHORTEST_BIN_S / step), round(total / MOST_SAMPLES))))
+
+
+def prepare_torque(
+    model: JointModel, train: Sequence[tuple[Motion, Series]], executor: Executor | None
+) -> Prepared:
+    """Recalibrate the base model on the torque balance and measure the noise."""
+    problem = torque_problem(model, train)
+    prepared = _finish_preparation(model, problem, (None, 1, executor))
+    # A torque balance is linear in elementary laws: asymmetric dry friction is named by its parts, level and offset.
+    excluded = frozenset(name for name, effect in EFFECTS.items() if not effect.inverse)
+    excluded |= {"asymmetric_coulomb_friction"}
+    return replace(prepared, context=replace(prepared.context, excluded=excluded | prepared.context.excluded))
+
+
+def prepare_simulation(model: JointModel, train: Sequence[Series], executor: Executor | None) -> Prepared:
+    """Bin the records, recalibrate the base model and measure the noise."""
+    factor = choose_bin(train)
+    binned = tuple(bin_series(one, factor) for one in train)
+    if not any(channel.row == SPEED for channel in binned[0].channels):
+        binned = tuple(cut_windows(one, 2.0) for one in binned)
+    step = train[0].original_step
+    timing = (-0.5 * step, 1.0 * step) if model.input_hold is InputHold.AUTO else None
+    sigma = {c.name: sigma_or_floor(0.01 * float(np.std(c.values)), c.values) for c in binned[0].channels}
+    problem = SimulationProblem(series=binned, noise=Noise(sigma=sigma))
+    prepared = _finish_preparation(model, problem, (timing, factor, executor))
+    pairs = find_repeats(binned)
+    levels = prepared.problem.noise.sigma
+    floor = {
+        channel.name: sample_sigma(train, c, factor, levels[channel.name], pairs)
+        for c, channel in enumerate(binned[0].channels)
+    }
+    ratio = float(np.mean([(floor[name] / levels[name]) ** 2 for name in floor]))
+    return replace(prepared, noise_floor=floor, context=replace(prepared.context, bin_size=ratio))
+
+
+def _finish_preparation(
+    model: JointModel,
+    problem: SimulationProblem,
+    rest: tuple[tuple[float, float] | None, int, Executor | None],
+) -> Prepared:
+    """Recalibrate, measure the noise, and look where the residual repeats over the angle."""
+    timing, factor, executor = rest
+    vector = model_vector(model)
+    if model.input_hold is InputHold.HOLD:
+        vector[s.INPUT_SHIFT] = 0.5 * problem.series[0].original_step
+    check_response(problem, vector)
+    ranges = signal_ranges(problem.series, vector)
+    base = base_parameters(model, ranges, timing)
+    present: list[str] = []
+    for term in model.effects:
+        base.extend(effect_parameters(EFFECTS[term.id], present, ranges))
+        present.append(term.id)
+    fitted = fit(problem, base, vector, problem.initial_starts())
+    state = State(base=tuple(base), given=tuple(present), added=(), fit=fitted, nameplate=vector)
+    parts = residual_parts(problem, state)
+    pairs = find_repeats(problem.series)
+    noise, repeat = measure_noise(problem, parts, pairs)
+    problem = replace(problem, noise=noise)
+    state = replace(state, fit=fit(problem, base, fitted.vector, fitted.starts, 15))
+    waves = find_waves(problem.series, [record[0] for record in parts], fitted.vector)
+    ranges = replace(signal_ranges(problem.series, fitted.vector), waves=waves)
+    floor = {name: float(value * np.sqrt(factor)) for name, value in noise.sigma.items()}
+    return Prepared(
+        problem=problem, state=state, ranges=ranges, noise_floor=floor, repeats=len(pairs), timing=timing,
+        context=Context(
+            executor=executor, repeat_noise=repeat, bin_size=factor, excluded=parameters_in_disguise(model)
+        ),
+    )  # fmt: skip
+
+
+def hold_scale(model: JointModel) -> tuple[JointModel, list[str]]:
+    """Hold the torque constant where inertia and friction are free too: motion shows only their ratios."""
+    named = {BASE_SLOTS[name]: name for name in model.parameters}
+    constant, inertia = named.get(s.TORQUE_CONSTANT), named[s.INERTIA]
+    friction = named.get(s.VISCOUS)
+    free = [name for name in (constant, inertia, friction) if name and not model.parameters[name].fixed]
+    if constant is None or len(free) < 3:
+        return model, []
+    held = {**model.parameters, constant: replace(model.parameters[constant], fixed=True)}
+    note = (
+        f"{', '.join(free)} cannot all be identified from current and motion, which show only their ratios: "
+        f"{constant} is held at its nameplate value. "
+        "A known load or a torque measurement at standstill would settle the scale"
+    )
+    return replace(model, parameters=held), [note]
+
+
+def parameters_in_disguise(model: JointModel) -> frozenset[str]:
+    """Return effects that are nothing but a free parameter: a sensor gain is the torque constant's scale."""
+    measured = any(name.startswith("current_A") for name in (model.input, *model.outputs))
+    free = any(BASE_SLOTS[n] == s.TORQUE_CONSTANT and not q.fixed for n, q in model.parameters.items())
+    return (
+        frozenset({"current_sensor_gain"})
+        if measured and free and model.input == "current_A"
+        else frozenset()
+    )
+
+
+def check_response(problem: SimulationProblem, vector: NDArray[np.float64]) -> None:
+    """Refuse records in which the joint does not answer its input at all.
+
+    Raises:
+        GapInputError: an output moves less than a hundredth of what the nameplate predicts.
+    """
+    outputs = problem.simulate(problem.prepare(vector), problem.initial_starts())
+    for one, output in zip(problem.series, outputs, strict=True):
+        for channel in one.channels:
+            predicted, seen = float(np.std(output[channel.row])), float(np.std(channel.values))
+            # A simulated position or torque balance may be far off for other reasons than a blocked joint.
+            if channel.row in (SPEED, CURRENT) and seen < LEAST_RESPONSE * predicted:
+                raise GapInputError(
+                    f"{one.label}: {channel.name} varies by {seen:.3g} where the nameplate predicts "
+                    f"{predicted:.3g}: the joint "
+                    "does not answer its input (blocked, disarmed, or at rest). Record a joint that moves"
+                )
+
+
+def measure_noise(
+    problem: SimulationProblem, parts: list[list[NDArray[np.float64]]], pairs: list[tuple[int, int]]
+) -> tuple[Noise, Noise | None]:
+    """Return white noise weights, and the full noise model where repeats show it."""
+    names = [channel.name for channel in problem.series[0].channels]
+    values = [channel.values for channel in problem.series[0].channels]
+    if not pairs:
+        sigma = {
+            name: sigma_or_floor(high_band_sigma([record[c] for record in parts]), values[c])
+            for c, name in enumerate(names)
+        }
+        return Noise(sigma=sigma), None
+    realisations = repeat_noise(parts, pairs)
+    white, sharp, whitener = {}, {}, {}
+    for c, name in enumerate(names):
+        white[name] = sigma_or_floor(float(np.std(np.concatenate(realisations[c]))), values[c])
+        whitener[name] = fit_whitener(realisations[c])
+        sharp[name] = sigma_or_floor(innovation_sigma(realisations[c], whitener[name]), values[c])
+    return Noise(sigma=white), Noise(sigma=sharp, whitener=whitener)

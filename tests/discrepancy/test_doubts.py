@@ -1,0 +1,54 @@
+"""The guard against confident wrong names: a named law that fails elsewhere, or is seen only in a limit."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import pytest
+
+from discrepancy.assemble import column_names
+from discrepancy.data.series import read_series
+from discrepancy.effects.spec import Port
+from discrepancy.locate import Place
+from discrepancy.model.schema import JointModel
+from discrepancy.search.doubts import find_doubt, pressed
+from discrepancy.search.options import SearchOptions
+from discrepancy.search.state import polish, scan_effect
+from discrepancy.simulation import slots as s
+from discrepancy.workflow import prepare_simulation
+from tests.discrepancy.recorder import make_recording
+
+FRICTION = {s.COULOMB: 0.15}
+
+
+def doubt(nameplate: JointModel, truth: Mapping[int, float], named: str) -> tuple[Place | None, list[str]]:
+    """Fit one effect to a joint; return the doubt about it, and its parameters that are pressed against a bound."""
+    records = [make_recording(truth, seed) for seed in (1, 2)]
+    p = prepare_simulation(nameplate, [read_series(r, nameplate, "train") for r in records], None)
+    state = polish(p.problem, scan_effect(p.problem, p.state, named, p.ranges), p.ranges)
+    gained = (p.state.fit.loss - state.fit.loss) / state.fit.residual.size / p.context.bin_size
+    context = replace(p.context, closed=max(0.0, gained) ** 0.5)
+    place = find_doubt(p.problem, state, (p.ranges, SearchOptions(), context), column_names(nameplate))
+    return place, [state.fit.parameters[i].name for i in pressed(state.fit, state.added)]
+
+
+def test_the_right_law_is_not_doubted(nameplate: JointModel) -> None:
+    assert doubt(nameplate, FRICTION, "coulomb_friction")[0] is None
+
+
+def test_a_torque_over_the_angle_beside_a_named_friction_is_a_doubt(nameplate: JointModel) -> None:
+    truth = {**FRICTION, s.GRAVITY_SIN: 0.1, s.GRAVITY_WAVE: 1.0}
+    place, _ = doubt(nameplate, truth, "coulomb_friction")
+    assert place is not None
+    assert (place.port, place.driver) == (Port.TORQUE, "position_rad")
+
+
+@pytest.mark.parametrize(
+    ("named", "parameter"), [("gravity_unbalance", "wave_number"), ("presliding_hysteresis", "level")]
+)
+def test_a_spring_is_not_named_by_a_law_in_its_limit(
+    named: str, parameter: str, nameplate: JointModel
+) -> None:
+    # A sine of a hundred radians' period is a straight line over the travel: a spring of 0.3 N m/rad.
+    place, at_bound = doubt(nameplate, {s.GRAVITY_SIN: 6.0, s.GRAVITY_WAVE: 0.05}, named)
+    assert parameter in at_bound
+    assert place is not None

@@ -1,0 +1,114 @@
+"""The parts of the workflow: noise, repeats, cleaning, location, the next experiment, fanning out."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from daq.recording.recording import Recording, recording_from_columns
+from discrepancy.assemble import column_names
+from discrepancy.data.clean import find_outliers
+from discrepancy.data.series import bin_series, read_series
+from discrepancy.effects.spec import Port
+from discrepancy.fitting.noise import find_repeats, fit_whitener, high_band_sigma
+from discrepancy.locate import locate
+from discrepancy.model.schema import JointModel
+from discrepancy.next_experiment import RigLimits, campaign, candidate_excitations, propose_between
+from discrepancy.search.greedy import fit_all, residual_parts
+from discrepancy.search.options import SearchOptions
+from discrepancy.search.state import polish, scan_effect
+from discrepancy.simulation import slots as s
+from discrepancy.workflow import Prepared, prepare_simulation
+from tests.discrepancy.recorder import make_recording
+
+
+def test_high_band_finds_the_noise_under_a_smooth_signal() -> None:
+    rng = np.random.default_rng(0)
+    values = np.sin(np.arange(20_000) * 0.01) + rng.normal(0.0, 0.05, 20_000)
+    # Sampling error of a robust estimate from 20,000 correlated differences: about 1.5 %.
+    assert high_band_sigma([values]) == pytest.approx(0.05, rel=0.05)
+
+
+def test_whitener_recovers_an_autoregressive_noise() -> None:
+    rng = np.random.default_rng(1)
+    noise = np.zeros(50_000)
+    for k, shock in enumerate(rng.normal(size=50_000)[1:], start=1):
+        noise[k] = 0.8 * noise[k - 1] + shock
+    # Standard error of a coefficient: sqrt((1 - 0.64) / 50,000) = 0.003.
+    assert fit_whitener([noise])[1] == pytest.approx(-0.8, abs=0.015)
+
+
+def test_single_spikes_are_outliers_and_steps_are_not() -> None:
+    values = np.repeat([0.0, 1.0, -1.0, 0.5], 200) + np.random.default_rng(2).normal(0.0, 0.01, 800)
+    values[333] += 5.0
+    values[500] = np.nan
+    assert set(np.flatnonzero(find_outliers(values))) == {333, 500}
+
+
+def test_records_with_the_same_input_are_repeats(nameplate: JointModel) -> None:
+    series = [read_series(make_recording({}, k, input_seed=k // 2), nameplate, str(k)) for k in (0, 1, 2)]
+    assert find_repeats(series) == [(0, 1)]
+
+
+def test_a_hole_restarts_the_simulation(nameplate: JointModel) -> None:
+    whole = make_recording({}, 1)
+    keep = np.r_[0:3000, 3500:8000]
+    columns = {name: np.array(whole.column(name))[keep] for name in ("time_s", "current_A", "speed_rad_s")}
+    series = read_series(_recording(columns), nameplate, "holed")
+    assert list(series.windows) == [-1, -3001]
+    assert list(bin_series(series, 4).windows) == [-1, -751]
+
+
+def test_dry_friction_is_located_at_the_torque_over_the_speed(nameplate: JointModel) -> None:
+    prepared = _prepared(nameplate)
+    parts = residual_parts(prepared.problem, prepared.state)
+    places = locate(prepared.problem.series, parts, prepared.state.fit.vector, column_names(nameplate))
+    assert (places[0].port, places[0].driver) == (Port.TORQUE, "speed_rad_s")
+    assert places[0].share > 0.5
+
+
+def test_proposed_experiment_is_a_campaign_inside_the_limits(nameplate: JointModel) -> None:
+    prepared = _prepared(nameplate)
+    rivals = [
+        polish(
+            prepared.problem,
+            scan_effect(prepared.problem, prepared.state, name, prepared.ranges),
+            prepared.ranges,
+        )
+        for name in ("coulomb_friction", "inverter_dead_time")
+    ]
+    template = prepared.problem.series[0]
+    entry = propose_between(template, rivals, ["a", "b"], 0.01, RigLimits(amplitude=0.8))
+    assert entry is not None
+    assert entry["excitation"]["amplitude_A"] <= 0.8
+    assert campaign(entry, "rig.yaml")["steps"][0]["record"]["excitation"]["kind"] in {
+        "sine",
+        "trapezoid",
+        "chirp",
+    }
+    assert all(
+        np.max(np.abs(p.waveform)) <= 0.8 + 1e-9 for p in candidate_excitations(RigLimits(amplitude=0.8))
+    )
+
+
+@pytest.mark.slow
+def test_fanning_out_gives_the_same_fits(nameplate: JointModel) -> None:
+    prepared = _prepared(nameplate)
+    with ThreadPoolExecutor(2) as executor:
+        spread = replace(prepared.context, executor=executor)
+        found = [
+            fit_all(prepared.problem, prepared.state, prepared.ranges, SearchOptions(), context)
+            for context in (spread, prepared.context)
+        ]
+    assert [(c.name, c.white_loss) for c in found[0]] == [(c.name, c.white_loss) for c in found[1]]
+
+
+def _recording(columns: dict[str, NDArray[np.float64]]) -> Recording:
+    return recording_from_columns(columns, sample_time_s=2e-3)
+
+
+def _prepared(nameplate: JointModel) -> Prepared:
+    record = make_recording({s.COULOMB: 0.15}, 1)
+    return prepare_simulation(nameplate, [read_series(record, nameplate, "train")], None)
