@@ -130,14 +130,13 @@ def read_series(recording: Recording, model: JointModel, label: str) -> Series:
                 weight=(~wrong).astype(np.float64),
             )
         )
-    angle = _angle(recording, model, time, channels)
     series = Series(
         label=label,
         step=step,
         original_step=step,
         time_s=time,
         input=repair(time, raw, bad),
-        angle=angle,
+        angle=_angle(recording, model, time, channels),
         channels=tuple(channels),
         windows=np.array([-1, *(-find_holes(time, step) - 1)], dtype=np.int64),
         starts=np.zeros((1, 2)),

@@ -1,10 +1,10 @@
 """Could the named laws be the nearest ones in the catalogue, and not the right ones? Two signs of it.
 
-A curve over some variable would still be admitted as an effect, or a fitted parameter is pressed against its bound and
-leaving it would be. Both are judged as every effect is: by the held-out loss, in the same noise, with the same limits
-of significance and materiality. Nothing here has a threshold of its own. At a bound that says what these records can
-show (`Effect.limits`: a level that the motor never overcame) significance alone decides: the law was seen only where it
-is another, simpler one.
+A curve over a variable that is not theirs would still be admitted as an effect, or a fitted parameter is pressed to
+its bound and leaving it would be. Both are judged as every effect is: by the held-out loss, in the same noise, with the
+same limits of significance and materiality. Nothing here has a threshold of its own. At a bound that says what these
+records can show (`Effect.limits`: a level that the motor never overcame) significance alone decides: the law was seen
+only where it is another, simpler one.
 """
 
 from collections.abc import Mapping
@@ -61,23 +61,22 @@ class Bench:
     def judge(self, sharp: FloatArray, white: FloatArray, without: tuple[int, ...] = ()) -> Judgement:
         """Judge columns of sensitivities, shape (N, k), beside the model's own (less those listed in `without`)."""
         keep = [i for i in range(self.sharp.jacobian.shape[1]) if i not in without]
-        own = replace(self.sharp, jacobian=self.sharp.jacobian[:, keep])
-        more = replace(own, jacobian=np.concatenate([own.jacobian, sharp], axis=1))
+        own = _at_optimum(self.sharp, self.sharp.jacobian[:, keep])
+        more = _at_optimum(self.sharp, np.concatenate([self.sharp.jacobian[:, keep], sharp], axis=1))
         fall = held_out(self.sharp_problem, own).loss - held_out(self.sharp_problem, more).loss
         fit = self.state.fit
-        gained = _loss(fit.jacobian[:, keep], fit.residual) - _loss(
-            np.concatenate([fit.jacobian[:, keep], white], axis=1), fit.residual
-        )
+        before = _at_optimum(fit, fit.jacobian[:, keep])
+        gained = before.loss - _at_optimum(fit, np.concatenate([before.jacobian, white], axis=1)).loss
         by_chance = white.shape[1] * self.unit
         closed = np.sqrt(max(0.0, gained - by_chance) / fit.residual.size / self.bin_size)
         return Judgement(fall=float(fall / self.unit), closed=float(closed))
 
 
-def _loss(columns: FloatArray, residual: FloatArray) -> float:
-    """Return what a linear fit of the columns leaves of the residual."""
+def _at_optimum(fit: Fit, columns: FloatArray) -> Fit:
+    """Return the linearised fit of these columns of sensitivities to what the fit has left."""
     scaled = columns / (np.linalg.norm(columns, axis=0) + 1e-300)
-    left = residual - scaled @ np.linalg.lstsq(scaled, residual, rcond=1e-9)[0]
-    return float(left @ left)
+    left = fit.residual - scaled @ np.linalg.lstsq(scaled, fit.residual, rcond=1e-9)[0]
+    return replace(fit, jacobian=scaled, residual=left, loss=float(left @ left))
 
 
 def find_doubt(
@@ -103,9 +102,11 @@ def find_doubt(
     def admits(found: Judgement, size: int) -> bool:
         return found.fall > options.alarm + options.per_parameter * size and found.closed > material
 
-    found = [place for place, judged, size in _curves(bench, names) if admits(judged, size)]
-    if found:
-        return max(found, key=lambda place: place.share)
+    curves = _curves(bench, names)
+    # The right law with slightly wrong constants leaves a curve over its own variable; the wrong law leaves others too.
+    own = {EFFECTS[name].driver for name in state.present}
+    if any(admits(judged, size) for place, judged, size in curves if not _called(place, names) & own):
+        return max((place for place, _, _ in curves), key=lambda place: place.share)
     for i in pressed(bench.state.fit, state.added):
         effect, parameter = EFFECTS[state.fit.parameters[i].owner], state.fit.parameters[i].name
         judged = bench.judge(bench.sharp.jacobian[:, [i]], bench.state.fit.jacobian[:, [i]], (i,))
@@ -178,6 +179,18 @@ _DRIVERS = (
     ("time", Port.TORQUE, "time"),
     ("slope", Port.CURRENT, "frequency"),
 )
+
+
+def _called(place: Place, names: Mapping[str, str]) -> set[str]:
+    """Return what the catalogue may call a place's driver, whatever axis and input the recording has."""
+    key = next((key for key, column in names.items() if column == place.driver), "")
+    return {place.driver, *_CATALOGUE.get(key, ())}
+
+
+_CATALOGUE = {
+    "speed": ("speed_rad_s",), "position": ("position_rad",), "acceleration": ("acceleration_rad_s2",),
+    "input": ("current_A", "current_ref_A"),
+}  # fmt: skip
 
 
 def _signals(one: Series, speed: FloatArray) -> dict[str, FloatArray]:

@@ -151,12 +151,9 @@ def make_case(
     train_wave = rich_wave(rng, duration) if rich else sine_wave(1.2, 5.0)
     waves = [train_wave, train_wave] if repeats else [train_wave]
     waves.append(rich_wave(rng, duration))
-    traces: dict[int, tuple[Trace, FloatArray]] = {}
-    records = []
-    for wave in waves:
-        if id(wave) not in traces:
-            traces[id(wave)] = _trace(joint, wave, duration, step, how)
-        records.append(_measure(joint, *traces[id(wave)], rng, noise, step, how))
+    distinct = {id(wave): wave for wave in waves}
+    traces = {key: _trace(joint, wave, duration, step, how) for key, wave in distinct.items()}
+    records = [_measure(joint, *traces[id(wave)], rng, noise, step, how) for wave in waves]
     *train, test = records
     return Case(hidden=names, joint=joint, train=tuple(c for c, _ in train), test=test[0], clean_test=test[1])
 
