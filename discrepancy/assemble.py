@@ -8,7 +8,7 @@ import numpy as np
 from discrepancy.effects.spec import Port
 from discrepancy.effects.table import EFFECTS
 from discrepancy.evaluate import Scorer, score_curves
-from discrepancy.fitting.parameters import BASE, TIMING
+from discrepancy.fitting.parameters import BASE, NUISANCES
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
 from discrepancy.model.schema import EffectTerm, JointModel, Quantity
@@ -126,7 +126,7 @@ def result_step(
     evidence: dict[str, float | int | str] = {"held_out_gain": step.fall, "closed_in_noise": step.closed}
     return ResultStep(
         added=step.added,
-        parameters={name: q for (own, name), q in values.items() if own == owner and name != TIMING},
+        parameters={name: q for (own, name), q in values.items() if own == owner and name not in NUISANCES},
         equivalents=step.equivalents,
         where=tuple(places),
         evidence=evidence,

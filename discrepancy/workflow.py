@@ -11,14 +11,14 @@ from daq.recording.recording import Recording
 from discrepancy.assemble import assemble, column_names
 from discrepancy.data.checks import check_inputs
 from discrepancy.data.ranges import find_waves, signal_ranges
-from discrepancy.data.series import CURRENT, SPEED, Series, bin_series, cut_windows, read_series
+from discrepancy.data.repeats import Pair, find_repeats, merge_repeats
+from discrepancy.data.series import CURRENT, SPEED, TORQUE, Series, bin_series, cut_windows, read_series
 from discrepancy.effects.spec import Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.errors import GapInputError
 from discrepancy.evaluate import simulation_scorer
 from discrepancy.fitting.levenberg import fit
 from discrepancy.fitting.noise import (
-    find_repeats,
     fit_whitener,
     high_band_sigma,
     innovation_sigma,
@@ -26,7 +26,13 @@ from discrepancy.fitting.noise import (
     sample_sigma,
     sigma_or_floor,
 )
-from discrepancy.fitting.parameters import base_parameters, effect_parameters, model_vector
+from discrepancy.fitting.parameters import (
+    SMOOTHING_START_S,
+    base_parameters,
+    effect_parameters,
+    model_vector,
+    smoothing_parameter,
+)
 from discrepancy.fitting.problem import Noise, SimulationProblem
 from discrepancy.model.schema import BASE_SLOTS, InputHold, JointModel, Judge
 from discrepancy.result import GapResult
@@ -38,8 +44,11 @@ from discrepancy.simulation import slots as s
 from discrepancy.torque.prepare import torque_problem, torque_scorer
 from discrepancy.torque.problem import Motion, read_motion
 
-MOST_SAMPLES = 14_000
+MOST_SAMPLES = 12_000
+SCOUT_FACTOR = 2
+"""Starts are tried on samples so many times coarser than those that decide."""
 SHORTEST_BIN_S = 1e-3
+LATENCY_S = 1.2e-3
 TORQUE_MATERIAL = 0.06
 TORQUE_FORM_ERROR = 0.1
 LEAST_RESPONSE = 0.01
@@ -150,7 +159,7 @@ def prepare_simulation(model: JointModel, train: Sequence[Series], executor: Exe
     if not any(channel.row == SPEED for channel in binned[0].channels):
         binned = tuple(cut_windows(one, 2.0) for one in binned)
     step = train[0].original_step
-    timing = (-0.5 * step, 1.0 * step) if model.input_hold is InputHold.AUTO else None
+    timing = (-0.5 * step, latest_timing(step)) if model.input_hold is InputHold.AUTO else None
     sigma = {c.name: sigma_or_floor(0.01 * float(np.std(c.values)), c.values) for c in binned[0].channels}
     problem = SimulationProblem(series=binned, noise=Noise(sigma=sigma))
     prepared = _finish_preparation(model, problem, (timing, factor, executor))
@@ -161,7 +170,18 @@ def prepare_simulation(model: JointModel, train: Sequence[Series], executor: Exe
         for c, channel in enumerate(binned[0].channels)
     }
     ratio = float(np.mean([(floor[name] / levels[name]) ** 2 for name in floor]))
-    return replace(prepared, noise_floor=floor, context=replace(prepared.context, bin_size=ratio))
+    sizes = [
+        float(np.std(np.concatenate([one.channels[c].values for one in binned]))) / floor[channel.name]
+        for c, channel in enumerate(binned[0].channels)
+    ]
+    left = max(0.0, prepared.state.fit.loss - prepared.problem.rows) / prepared.problem.counted / ratio
+    context = replace(
+        prepared.context,
+        bin_size=ratio,
+        signal=float(np.sqrt(np.mean(np.square(sizes)))),
+        gap=float(np.sqrt(left)),
+    )
+    return replace(prepared, noise_floor=floor, context=context)
 
 
 def _finish_preparation(
@@ -177,6 +197,9 @@ def _finish_preparation(
     check_response(problem, vector)
     ranges = signal_ranges(problem.series, vector)
     base = base_parameters(model, ranges, timing)
+    if problem.series[0].channels[0].row == SPEED:
+        vector[s.OUTPUT_SMOOTHING] = SMOOTHING_START_S
+        base.append(smoothing_parameter())
     present: list[str] = []
     for term in model.effects:
         base.extend(effect_parameters(EFFECTS[term.id], present, ranges))
@@ -187,16 +210,35 @@ def _finish_preparation(
     pairs = find_repeats(problem.series)
     noise, repeat = measure_noise(problem, parts, pairs)
     problem = replace(problem, noise=noise)
-    state = replace(state, fit=fit(problem, base, fitted.vector, fitted.starts, 15))
+    is_torque = problem.series[0].channels[0].row == TORQUE
+    if not is_torque:
+        problem = replace(problem, series=merge_repeats(problem.series, pairs))
+    state = replace(state, fit=fit(problem, base, fitted.vector, problem.initial_starts(), 15))
+    parts = residual_parts(problem, state)
     waves = find_waves(problem.series, [record[0] for record in parts], fitted.vector)
     ranges = replace(signal_ranges(problem.series, fitted.vector), waves=waves)
     floor = {name: float(value * np.sqrt(factor)) for name, value in noise.sigma.items()}
     return Prepared(
         problem=problem, state=state, ranges=ranges, noise_floor=floor, repeats=len(pairs), timing=timing,
         context=Context(
-            executor=executor, repeat_noise=repeat, bin_size=factor, excluded=parameters_in_disguise(model)
+            executor=executor, repeat_noise=repeat, bin_size=factor, excluded=parameters_in_disguise(model),
+            scout=None if is_torque else scout_problem(problem),
         ),
     )  # fmt: skip
+
+
+def latest_timing(step: float) -> float:
+    """Return the longest delay of the input that the recording's making explains, s.
+
+    A held input acts half a sample late; a digital loop at a fast rate adds a few samples that nobody would call a
+    transport delay.
+    """
+    return max(0.5 * step, min(3.0 * step, LATENCY_S))
+
+
+def scout_problem(problem: SimulationProblem) -> SimulationProblem:
+    """Return the problem on coarser samples."""
+    return replace(problem, series=tuple(bin_series(one, SCOUT_FACTOR) for one in problem.series))
 
 
 def hold_scale(model: JointModel) -> tuple[JointModel, list[str]]:
@@ -247,7 +289,7 @@ def check_response(problem: SimulationProblem, vector: NDArray[np.float64]) -> N
 
 
 def measure_noise(
-    problem: SimulationProblem, parts: list[list[NDArray[np.float64]]], pairs: list[tuple[int, int]]
+    problem: SimulationProblem, parts: list[list[NDArray[np.float64]]], pairs: Sequence[Pair]
 ) -> tuple[Noise, Noise | None]:
     """Return white noise weights, and the full noise model where repeats show it."""
     names = [channel.name for channel in problem.series[0].channels]

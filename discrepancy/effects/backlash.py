@@ -2,7 +2,7 @@
 
 import math
 
-from discrepancy.effects.spec import Effect, EffectParameter, Kind, Port, Ranges, Start
+from discrepancy.effects.spec import Effect, EffectParameter, Kind, Port, Ranges, Start, stiffest
 from discrepancy.simulation import slots as s
 
 
@@ -19,6 +19,11 @@ def _starts(r: Ranges) -> list[Start]:
         for a in (0.3, 0.6)
         for f in (12.0, 30.0)
     ]
+
+
+def _limits(r: Ranges) -> dict[str, tuple[float, float]]:
+    # The reduced inertia of the two masses is at most a quarter of their sum.
+    return {"stiffness": (1e-9, 0.25 * stiffest(r))}
 
 
 BACKLASH = Effect(
@@ -73,6 +78,7 @@ BACKLASH = Effect(
         ),
     ),
     starts=_starts,
+    limits=_limits,
     signature="torque residual spikes after each reversal of the torque",
     confused_with=("belt_compliance", "presliding_hysteresis", "coulomb_friction"),
     reference="M. Nordin, P.-O. Gutman, Automatica 38(10), 2002",

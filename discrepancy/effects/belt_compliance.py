@@ -2,7 +2,7 @@
 
 import math
 
-from discrepancy.effects.spec import Effect, EffectParameter, Kind, Port, Ranges, Start
+from discrepancy.effects.spec import Effect, EffectParameter, Kind, Port, Ranges, Start, stiffest
 from discrepancy.simulation import slots as s
 
 
@@ -17,6 +17,11 @@ def _starts(r: Ranges) -> list[Start]:
         for a in (0.5,)
         for f in (2.0, 4.0, 8.0, 15.0, 30.0)
     ]
+
+
+def _limits(r: Ranges) -> dict[str, tuple[float, float]]:
+    # The reduced inertia of the two masses is at most a quarter of their sum.
+    return {"stiffness": (1e-9, 0.25 * stiffest(r))}
 
 
 BELT_COMPLIANCE = Effect(
@@ -61,6 +66,7 @@ BELT_COMPLIANCE = Effect(
         ),
     ),
     starts=_starts,
+    limits=_limits,
     signature="residual in a narrow band of frequency: resonance and anti-resonance",
     confused_with=("backlash", "current_loop_lag", "transport_delay"),
     reference="G. Ellis, R. Lorenz, IAS 2000 (resonant load control)",

@@ -2,7 +2,7 @@
 
 import math
 
-from discrepancy.effects.spec import Effect, EffectParameter, Kind, Port, Ranges, Start
+from discrepancy.effects.spec import Effect, EffectParameter, Kind, Port, Ranges, Start, stiffest
 from discrepancy.simulation import slots as s
 
 
@@ -22,7 +22,7 @@ def _limits(r: Ranges) -> dict[str, tuple[float, float]]:
     return {
         "high": (r.high - 0.4 * travel, r.high + 10.0 * travel),
         "low": (r.low - 10.0 * travel, r.low + 0.4 * travel),
-        "stiffness": (2.0 * r.torque / travel, 1e9 * r.torque / travel),
+        "stiffness": (min(2.0 * r.torque / travel, 0.1 * stiffest(r)), stiffest(r)),
         "damping": (0.0, 20.0 * r.torque / r.speed),
     }
 

@@ -2,7 +2,7 @@
 
 import math
 
-from discrepancy.effects.spec import Effect, EffectParameter, Kind, Port, Ranges, Start
+from discrepancy.effects.spec import Effect, EffectParameter, Kind, Port, Ranges, Start, stiffest
 from discrepancy.simulation import slots as s
 
 
@@ -18,7 +18,7 @@ def _starts(r: Ranges) -> list[Start]:
 def _limits(r: Ranges) -> dict[str, tuple[float, float]]:
     # Friction that the motor never overcame was never seen to slide: it could as well be a spring. No sine or random
     # step sequence has a peak of four times its rms.
-    return {"level": (1e-9, 4.0 * r.torque)}
+    return {"level": (1e-9, 4.0 * r.torque), "stiffness": (1e-9, stiffest(r))}
 
 
 PRESLIDING_HYSTERESIS = Effect(

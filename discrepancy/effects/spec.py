@@ -58,6 +58,15 @@ class Ranges:
     waves: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 
+STIFFEST_RAD_S = 300.0
+"""A spring that swings the joint faster than this is rigid as far as a fit can tell: it would only cost sub-steps."""
+
+
+def stiffest(r: Ranges) -> float:
+    """Return the stiffness, N m/rad, beyond which a spring on the whole inertia counts as rigid."""
+    return r.inertia * STIFFEST_RAD_S**2
+
+
 Start = Mapping[str, float]
 Starts = Callable[[Ranges], list[Start]]
 

@@ -11,50 +11,27 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_toeplitz
 
+from discrepancy.data.repeats import Pair
 from discrepancy.data.series import Series
 
 FloatArray = NDArray[np.float64]
 
-REPEAT_TOLERANCE = 0.15
-"""Two inputs are repeats if they differ by less than this part of their standard deviation."""
 _ORDER = 6
 
 
-def find_repeats(series: Sequence[Series]) -> list[tuple[int, int]]:
-    """Return pairs of records that were driven by the same input."""
-    pairs = []
-    for i, first in enumerate(series):
-        for k in range(i + 1, len(series)):
-            second = series[k]
-            n = min(first.n, second.n)
-            if n < 0.9 * max(first.n, second.n):
-                continue
-            size = float(np.std(first.input))
-            far = float(np.std(first.input[:n] - second.input[:n]))
-            same_clock = float(np.max(np.abs(first.time_s[:n] - second.time_s[:n]))) < 0.5 * first.step
-            if size > 0.0 and far < REPEAT_TOLERANCE * size and same_clock:
-                pairs.append((i, k))
-    return pairs
-
-
-def repeat_noise(
-    residuals: Sequence[Sequence[FloatArray]], pairs: Sequence[tuple[int, int]]
-) -> list[list[FloatArray]]:
+def repeat_noise(residuals: Sequence[Sequence[FloatArray]], pairs: Sequence[Pair]) -> list[list[FloatArray]]:
     """Return noise realisations by channel: differences of the residuals of repeats over sqrt(2).
 
     Args:
         residuals: [record][channel] arrays. Differences of residuals, not of outputs: what the noise of the measured
             input does to the simulation then counts as noise too.
-        pairs: records that repeat each other.
+        pairs: stretches that repeat each other.
     """
     channels = len(residuals[0])
-    found: list[list[FloatArray]] = [[] for _ in range(channels)]
-    for i, k in pairs:
-        for c in range(channels):
-            a, b = residuals[i][c], residuals[k][c]
-            n = min(a.size, b.size)
-            found[c].append((a[:n] - b[:n]) / np.sqrt(2.0))
-    return found
+    return [
+        [pair.difference([record[c] for record in residuals]) / np.sqrt(2.0) for pair in pairs]
+        for c in range(channels)
+    ]
 
 
 def high_band_sigma(residuals: Sequence[FloatArray]) -> float:
@@ -96,7 +73,7 @@ def sigma_or_floor(sigma: float, values: FloatArray) -> float:
 
 
 def sample_sigma(
-    series: Sequence[Series], channel: int, factor: int, binned: float, pairs: Sequence[tuple[int, int]]
+    series: Sequence[Series], channel: int, factor: int, binned: float, pairs: Sequence[Pair]
 ) -> float:
     """Return the noise of one sample at full rate: that of a bin, and what varies inside the bins.
 
@@ -109,14 +86,14 @@ def sample_sigma(
     """
     if factor <= 1:
         return binned
+    values = [one.channels[channel].values for one in series]
     if not pairs:
-        inside = high_band_sigma([one.channels[channel].values for one in series]) ** 2 * (1.0 - 1.0 / factor)
+        inside = high_band_sigma(values) ** 2 * (1.0 - 1.0 / factor)
         return float(np.sqrt(binned**2 + inside))
     variances = []
-    for i, k in pairs:
-        first, second = series[i].channels[channel].values, series[k].channels[channel].values
-        n = min(first.size, second.size) // factor * factor
-        cells = (first[:n] - second[:n]).reshape(-1, factor)
+    for pair in pairs:
+        apart = pair.difference(values, factor)
+        cells = apart[: apart.size // factor * factor].reshape(-1, factor)
         variances.append(float(np.mean(cells.var(axis=1))) / 2.0)
     return float(np.sqrt(binned**2 + np.mean(variances)))
 

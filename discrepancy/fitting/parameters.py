@@ -16,6 +16,12 @@ FloatArray = NDArray[np.float64]
 
 BASE = "base"
 TIMING = "input_timing"
+SMOOTHING = "speed_smoothing"
+SMOOTHING_RANGE_S = (1e-4, 0.035)
+"""Time constants of the zero-phase smoothing of a speed column; the longest is a corner of 4.5 Hz."""
+SMOOTHING_START_S = 0.008
+NUISANCES = frozenset({TIMING, SMOOTHING})
+"""What a recording's making leaves open; fitted, but no part of the joint."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,6 +114,15 @@ def base_parameters(
             )
         )  # fmt: skip
     return found
+
+
+def smoothing_parameter() -> FitParameter:
+    """Return the unknown smoothing of a speed column."""
+    lower, upper = SMOOTHING_RANGE_S
+    return FitParameter(
+        owner=BASE, name=SMOOTHING, slot=s.OUTPUT_SMOOTHING, lower=lower, upper=upper, scale=1.0,
+        logarithmic=True,
+    )  # fmt: skip
 
 
 def effect_parameters(effect: Effect, present: Sequence[str], ranges: Ranges) -> list[FitParameter]:

@@ -16,11 +16,15 @@ from scipy.signal import lfilter
 from discrepancy.data.series import POSITION, SPEED, Series
 from discrepancy.simulation import slots as s
 from discrepancy.simulation.kernels.joint import simulate_record
+from discrepancy.simulation.kernels.smoothing import smooth_speed
 
 FloatArray = NDArray[np.float64]
 Starts = tuple[FloatArray, ...]
 
 _START_STEP = 1e-4
+STEP_ANGLE = 0.25
+"""A sub-step turns the fastest oscillation of the joint by at most this angle, rad."""
+SHORTEST_STEP_S = 2e-4
 
 
 def safe_step(vector: FloatArray, longest: float) -> float:
@@ -35,7 +39,7 @@ def safe_step(vector: FloatArray, longest: float) -> float:
     fastest = max(fastest, vector[s.STOP_STIFFNESS] / inertia)
     if fastest <= 0.0:
         return longest
-    return max(2e-5, min(longest, 0.25 / math.sqrt(fastest)))
+    return max(SHORTEST_STEP_S, min(longest, STEP_ANGLE / math.sqrt(fastest)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,7 +61,17 @@ class SimulationProblem:
 
     series: tuple[Series, ...]
     noise: Noise
-    longest_step: float = 5e-3
+    longest_step: float = 8e-3
+
+    @property
+    def counted(self) -> float:
+        """Number of samples that a sum of squares stands for; a mean of m repeats counts m times."""
+        return float(sum(channel.weight @ channel.weight for one in self.series for channel in one.channels))
+
+    @property
+    def rows(self) -> float:
+        """Number of flattened samples that are measurements, the expected sum of squares of pure noise."""
+        return float(sum(np.count_nonzero(c.weight) for one in self.series for c in one.channels))
 
     def initial_starts(self) -> Starts:
         """Return the windows' starting states read off the measurement."""
@@ -71,10 +85,13 @@ class SimulationProblem:
 
     def simulate(self, vector: FloatArray, starts: Starts) -> list[FloatArray]:
         """Return the simulated outputs of each record, shape (3, n)."""
-        return [
-            simulate_record(vector, one.time_s, one.input, one.angle, one.windows, start)
-            for one, start in zip(self.series, starts, strict=True)
-        ]
+        outputs = []
+        for one, start in zip(self.series, starts, strict=True):
+            output = simulate_record(vector, one.time_s, one.input, one.angle, one.windows, start)
+            if vector[s.OUTPUT_SMOOTHING] > 0.0:
+                smooth_speed(output[SPEED], one.windows, one.step, float(vector[s.OUTPUT_SMOOTHING]))
+            outputs.append(output)
+        return outputs
 
     def flatten(self, outputs: Sequence[FloatArray]) -> FloatArray:
         """Weight, whiten and join what `simulate` returned (or differences of it)."""

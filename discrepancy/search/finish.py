@@ -10,6 +10,7 @@ from discrepancy.effects.spec import Port, Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
+from discrepancy.search.curves import called, judge_curves, make_bench
 from discrepancy.search.doubts import find_doubt
 from discrepancy.search.greedy import Context, Equivalent, Round, residual_parts, run_round
 from discrepancy.search.options import SearchOptions
@@ -83,18 +84,63 @@ def search(
         )  # fmt: skip
         current, steps = prune(problem, (current, steps), ranges, (options, context, closed))
     outcome = SearchOutcome(steps=tuple(steps), rounds=tuple(rounds), problem=problem)
+    if outcome.is_torque:
+        return _conclude_torque(outcome, ranges, context, names)
+    return _conclude(outcome, (ranges, options, replace(context, closed=closed)), names)
+
+
+def _conclude(
+    outcome: SearchOutcome, rest: tuple[Ranges, SearchOptions, Context], names: Mapping[str, str]
+) -> SearchOutcome:
+    """Ask whether the names explain it all; take doubtful ones back and say where the rest lies."""
+    ranges, _, context = rest
     patched = patchwork(outcome)
-    if patched:
-        places = locate(problem.series, residual_parts(problem, state), state.fit.vector, names)
-        return _withdraw(outcome, places[0], (ranges, names, patched)) if places else outcome
-    unknown = find_remainder(problem, state, current, context, names)
-    if unknown is None and len(steps) > 1 and not outcome.is_torque:
-        doubt = find_doubt(problem, current, (ranges, options, replace(context, closed=closed)), names)
+    doubt = find_doubt(outcome.problem, outcome.steps[-1].state, rest, names)
+    if doubt is None and not patched:
+        return outcome
+    if len(outcome.steps) == 1:
         return replace(outcome, unknown=doubt)
-    if unknown is None or len(steps) == 1:
+    doubted = patched | {
+        str(step.added)
+        for step in outcome.steps[1:]
+        if doubt is not None and _place_of(step) == (doubt.port, _driver_id(doubt, names))
+    }
+    kept = _without_steps(outcome, doubted, ranges)
+    if doubted or doubt is None:
+        curves = judge_curves(make_bench(outcome.problem, kept[-1].state, ranges, context), names)
+        doubt = curves[0].place if curves else doubt
+    return replace(outcome, steps=kept, unknown=doubt)
+
+
+def _driver_id(place: Place, names: Mapping[str, str]) -> str:
+    """Return the catalogue's word for a place's driver."""
+    drivers = {effect.driver for effect in EFFECTS.values()}
+    return next((name for name in called(place, names) if name in drivers), place.driver)
+
+
+def _without_steps(
+    outcome: SearchOutcome, doubted: frozenset[str] | set[str], ranges: Ranges
+) -> tuple[Step, ...]:
+    """Return the steps without doubted effects, fitted again."""
+    kept = [outcome.steps[0]]
+    for step in outcome.steps[1:]:
+        if step.added not in doubted:
+            gone = [name for name in doubted if name in step.state.added]
+            kept.append(replace(step, state=refit(outcome.problem, without(step.state, gone), ranges, 8)))
+    return tuple(kept)
+
+
+def _conclude_torque(
+    outcome: SearchOutcome, ranges: Ranges, context: Context, names: Mapping[str, str]
+) -> SearchOutcome:
+    """Do the same for a torque balance, whose residual shows its driver without any simulation."""
+    problem, first = outcome.problem, outcome.steps[0].state
+    patched = patchwork(outcome)
+    unknown = find_remainder(problem, first, outcome.steps[-1].state, context, names)
+    if (unknown is None and not patched) or len(outcome.steps) == 1:
         return replace(outcome, unknown=unknown)
-    places = locate(problem.series, residual_parts(problem, state), state.fit.vector, names)
-    return _withdraw(outcome, places[0] if places else unknown, (ranges, names, frozenset()))
+    places = locate(problem.series, residual_parts(problem, first), first.fit.vector, names)
+    return _withdraw(outcome, places[0] if places else unknown, (ranges, names, patched))
 
 
 def prune(
@@ -113,12 +159,10 @@ def prune(
     """
     current, steps = found
     options, context, closed = limits
-    visible = max(options.material_noise, options.form_error * closed)
+    visible = replace(context, closed=closed).material(options, ())
     for name in current.added[:-1]:
         trial = refit(problem, without(current, [name]), ranges, 8)
-        lost = np.sqrt(
-            max(0.0, trial.fit.loss - current.fit.loss) / trial.fit.residual.size / context.bin_size
-        )
+        lost = np.sqrt(max(0.0, trial.fit.loss - current.fit.loss) / problem.counted / context.bin_size)
         if lost < visible:
             current = trial
             steps = [step for step in steps if step.added != name]
@@ -150,22 +194,16 @@ def _place_of(step: Step) -> tuple[Port, str]:
 
 
 def _withdraw(
-    outcome: SearchOutcome, unknown: Place, rest: tuple[Ranges, Mapping[str, str], frozenset[str]]
+    outcome: SearchOutcome, unknown: Place | None, rest: tuple[Ranges, Mapping[str, str], frozenset[str]]
 ) -> SearchOutcome:
     """Take back doubted names and those over the unknown's driver: they were the nearest laws, not the right one."""
     ranges, names, patched = rest
-    added = outcome.steps[-1].state.added
-    doubted = [
-        n
-        for n in added
-        if n in patched or (EFFECTS[n].port, EFFECTS[n].driver) == (unknown.port, unknown.driver)
-    ]
-    kept = [outcome.steps[0]]
-    for step in outcome.steps[1:]:
-        if step.added not in doubted:
-            gone = [name for name in doubted if name in step.state.added]
-            kept.append(replace(step, state=refit(outcome.problem, without(step.state, gone), ranges, 8)))
+    if unknown is None:
+        return outcome
+    place = (unknown.port, _driver_id(unknown, names))
+    doubted = patched | {str(step.added) for step in outcome.steps[1:] if _place_of(step) == place}
+    kept = _without_steps(outcome, doubted, ranges)
     state = kept[-1].state
     places = locate(outcome.problem.series, residual_parts(outcome.problem, state), state.fit.vector, names)
     same = [place for place in places if place.driver == unknown.driver and place.port == unknown.port]
-    return replace(outcome, steps=tuple(kept), unknown=same[0] if same else unknown)
+    return replace(outcome, steps=kept, unknown=same[0] if same else unknown)

@@ -15,7 +15,7 @@ from discrepancy.fitting.noise import fit_whitener, innovation_sigma
 from discrepancy.fitting.problem import Noise, SimulationProblem
 from discrepancy.search.judge import held_out
 from discrepancy.search.options import SearchOptions
-from discrepancy.search.state import State, polish, refit, scan_effect, without
+from discrepancy.search.state import State, polish, refit, refit_from, scan_effect, without
 
 FloatArray = NDArray[np.float64]
 A = TypeVar("A")
@@ -85,6 +85,27 @@ def noise_from(problem: SimulationProblem, state: State) -> Noise:
     return Noise(sigma=sigma, whitener=whitener)
 
 
+def noise_beside(problem: SimulationProblem, state: State, known: Noise | None) -> Noise:
+    """Return the noise to judge in: what repeats show, widened by output to what the best model leaves.
+
+    An output that no model follows to its noise (a current between the samples of its loop) must not drown the others.
+    """
+    if known is None:
+        return noise_from(problem, state)
+    sharp = replace(problem, noise=known)
+    residual = sharp.measured() - sharp.flatten(sharp.simulate(state.fit.vector, state.fit.starts))
+    sums: dict[str, FloatArray] = {}
+    at = 0
+    for one in sharp.series:
+        for channel in one.channels:
+            part = residual[at : at + one.n]
+            more = np.array([part @ part, np.count_nonzero(channel.weight)])
+            sums[channel.name] = sums.get(channel.name, np.zeros(2)) + more
+            at += one.n
+    sigma = {name: known.sigma[name] * max(1.0, float(np.sqrt(a / b))) for name, (a, b) in sums.items()}
+    return replace(known, sigma=sigma)
+
+
 def residual_parts(problem: SimulationProblem, state: State) -> list[list[FloatArray]]:
     """Return measured minus simulated, in SI units, by record and channel."""
     outputs = problem.simulate(state.fit.vector, state.fit.starts)
@@ -130,22 +151,22 @@ def _judge(
     """Judge the best contenders on held-out blocks, in the noise that the best of them leaves (or repeats show)."""
     ranges, options, context = rest
     best = contenders[0]
-    sharp = replace(problem, noise=context.repeat_noise or noise_from(problem, best.state))
+    sharp = replace(problem, noise=noise_beside(problem, best.state, context.repeat_noise))
     finalists = [c for c in contenders[: options.finalists] if c.white_loss < FAR * best.white_loss]
     before = refit(sharp, state, ranges, 3)
     states = {c.name: c.state for c in finalists}
     again = fan_out(context.executor, partial(_again, sharp, states, ranges), list(states))
     unit = _noise_unit(sharp, before, again, known=context.repeat_noise is not None)
     reference = held_out(sharp, before.fit).loss / unit
-    n = state.fit.residual.size
     judged = []
     for contender, one in zip(finalists, again, strict=True):
-        closed = np.sqrt(max(0.0, state.fit.loss - contender.white_loss) / n / context.bin_size)
+        gained = max(0.0, state.fit.loss - contender.white_loss)
+        closed = np.sqrt(gained / problem.counted / context.bin_size)
         fall = reference - held_out(sharp, one.fit).loss / unit
         judged.append(replace(contender, state=one, fall=float(fall), closed=float(closed)))
     judged.sort(key=lambda c: options.per_parameter * c.size - c.fall)
-    winner = choose(judged, options, (state, context.closed))
-    others = () if winner is None else equivalents_of(winner, judged, options)
+    winner = choose(judged, options, (state, context))
+    others = () if winner is None else equivalents_of(winner, judged, options, context)
     return Round(before=before, contenders=tuple(judged), winner=winner, equivalents=others, problem=sharp)
 
 
@@ -154,18 +175,23 @@ def fit_all(
 ) -> list[Contender]:
     """Fit every candidate, best first.
 
-    All are scanned from all starts; scanning orders the work, and every candidate that could still win is fitted to the
-    end. A candidate is left half-fitted only where the best one is better than it by a factor that more steps do not
-    give.
+    All are fitted from all starts on coarse samples; those that could still win are fitted to the end on fine ones. A
+    candidate is left behind only where it closes less than half of what the best one does.
     """
     names = candidates_for(state, context.excluded)
-    scanned = fan_out(context.executor, partial(_scan, problem, state, ranges), names)
+    coarse, scout = state, problem
+    if context.scout is not None:
+        scout = context.scout
+        first = refit_from(scout, state, scout.initial_starts())
+        coarse = replace(state, fit=first)
+    scanned = fan_out(context.executor, partial(_scan, scout, coarse, ranges), names)
     floor = min(one[0].fit.loss for one in scanned)
-    limit = max(floor, float(state.fit.residual.size)) + 0.5 * max(0.0, state.fit.loss - floor)
+    limit = max(floor, scout.rows) + 0.5 * max(0.0, coarse.fit.loss - floor)
     ranked = sorted(scanned, key=lambda one: one[0].fit.loss)
     keep = [one for i, one in enumerate(ranked) if one[0].fit.loss < limit or i < options.finalists]
+    if context.scout is not None:
+        keep = [[replace(one, fit=replace(one.fit, starts=state.fit.starts)) for one in few] for few in keep]
     done = fan_out(context.executor, partial(_polish, problem, ranges), keep)
-    done.extend(one[0] for one in ranked if not any(one is k for k in keep))
     contenders = [Contender(name=one.added[-1], state=one, white_loss=one.fit.loss) for one in done]
     return sorted(contenders, key=lambda c: c.white_loss + options.per_parameter * c.size)
 
@@ -179,6 +205,9 @@ class Context:
         bin_size: variance of one sample over that of a bin (the number of samples in it for white noise).
         excluded: effects that this way of judging cannot see, or that a free parameter already is.
         closed: what earlier rounds have closed, rms in units of one sample's noise.
+        scout: the same records in coarser samples, on which starts are tried.
+        signal: standard deviation of the output in units of one sample's noise.
+        gap: gap of the recalibrated base model in the same units.
     """
 
     executor: Executor | None
@@ -186,6 +215,14 @@ class Context:
     bin_size: float
     excluded: frozenset[str] = frozenset()
     closed: float = 0.0
+    scout: SimulationProblem | None = None
+    signal: float = 0.0
+    gap: float = 0.0
+
+    def material(self, options: SearchOptions, present: Sequence[str]) -> float:
+        """Return the least closed gap that counts, in units of one sample's noise."""
+        tolerance = options.chaotic_form_error if "backlash" in present else options.form_error
+        return max(options.material_noise, options.material_signal * self.signal, tolerance * self.closed)
 
 
 def _scan(problem: SimulationProblem, state: State, ranges: Ranges, name: str) -> list[State]:
@@ -202,21 +239,21 @@ def _again(problem: SimulationProblem, states: dict[str, State], ranges: Ranges,
 
 def _noise_unit(problem: SimulationProblem, before: State, again: Sequence[State], *, known: bool) -> float:
     """Return the noise variance of a whitened sample: known from repeats, else what the best model leaves."""
-    best = min(one.fit.loss for one in (before, *again)) / before.fit.residual.size
+    best = min(one.fit.loss for one in (before, *again)) / problem.rows
     return max(1.0, best) if known else best
 
 
 def choose(
-    judged: Sequence[Contender], options: SearchOptions, before: tuple[State, float]
+    judged: Sequence[Contender], options: SearchOptions, before: tuple[State, "Context"]
 ) -> Contender | None:
     """Return the contender to add: significant, material, and the simplest among those that do the same."""
-    state, closed_before = before
-    tolerance = options.chaotic_form_error if "backlash" in state.present else options.form_error
+    state, context = before
+    material = context.material(options, state.present)
     passing = [
         c
         for c in judged
         if c.fall > options.alarm + options.per_parameter * own_size(c)
-        and c.closed > max(options.material_noise, tolerance * closed_before)
+        and c.closed > material
         and c.white_loss < (1.0 - options.material_rms) ** 2 * state.fit.loss
     ]
     if not passing:
@@ -227,7 +264,7 @@ def choose(
             continue
         # What the richer law closes beyond the simpler one, against all that it closes.
         extra = np.sqrt(max(0.0, best.closed**2 - rival.closed**2))
-        if extra < max(options.material_noise, options.material_gap * best.closed):
+        if extra < max(material, options.material_gap * best.closed):
             best = rival
     return best
 
@@ -238,7 +275,7 @@ def own_size(contender: Contender) -> int:
 
 
 def equivalents_of(
-    winner: Contender, judged: Sequence[Contender], options: SearchOptions
+    winner: Contender, judged: Sequence[Contender], options: SearchOptions, context: "Context"
 ) -> tuple[Equivalent, ...]:
     """Return the rivals that this data cannot tell from the winner."""
     found: list[Equivalent] = []
@@ -250,7 +287,7 @@ def equivalents_of(
         ):
             continue
         apart = np.sqrt(max(0.0, winner.closed**2 - rival.closed**2))
-        if winner.fall - rival.fall < options.doubt or apart < 0.5 * options.material_noise:
+        if winner.fall - rival.fall < options.doubt or apart < 0.5 * context.material(options, ()):
             found.append(rival.name)
     found.extend(exact_equivalents(winner.state.added))
     return tuple(dict.fromkeys(found))

@@ -13,6 +13,8 @@ class SearchOptions:
             the 99.9 % quantile of the largest of 80 chi-square numbers with three degrees of freedom is about 28.
         per_parameter: further fall asked for each parameter of an effect (log of the number of independent samples).
         material_noise: least closed gap in units of the noise of one sample; below it nobody could see the effect.
+        material_signal: the same in units of the output's standard deviation: no rigid-body model of sampled data is
+            better than a few thousandths.
         material_gap: two models whose difference is less than this part of the gap that either closes are the same.
         doubt: fall of the held-out loss within which rivals count as equivalent.
         most_effects: the search ends after so many.
@@ -20,12 +22,16 @@ class SearchOptions:
             (judging by torque), zero otherwise.
         form_error: part of all that has been closed that a further effect must close: no reduced model is exact.
         chaotic_form_error: the same with backlash in the model, whose free run is chaotic.
+        own_form_error: the same for a curve over a named effect's own variable, before its law is doubted.
+        left_noise, left_signal, left_gap: least remainder that is called unknown though no curve explains it, in units
+            of one sample's noise, of the output's standard deviation, and of the gap that the search began with.
         finalists: candidates that are fitted again with the winner's noise model.
     """
 
     alarm: float = 30.0
     per_parameter: float = 8.0
-    material_noise: float = 0.02
+    material_noise: float = 0.08
+    material_signal: float = 0.003
     material_gap: float = 0.05
     doubt: float = 12.0
     most_effects: int = 5
@@ -33,3 +39,7 @@ class SearchOptions:
     material_rms: float = 0.0
     form_error: float = 0.02
     chaotic_form_error: float = 0.2
+    own_form_error: float = 0.06
+    left_noise: float = 0.3
+    left_signal: float = 0.03
+    left_gap: float = 0.2

@@ -32,9 +32,9 @@ def find_remainder(
         context: bin size and noise of repeats.
         names: column names of the drivers.
     """
-    n = first.fit.residual.size
-    start = np.sqrt(max(0.0, first.fit.loss / n - 1.0) / context.bin_size)
-    left = np.sqrt(max(0.0, _white_loss(problem, last) / n - 1.0) / context.bin_size)
+    size = problem.counted * context.bin_size
+    start = np.sqrt(max(0.0, first.fit.loss - problem.rows) / size)
+    left = np.sqrt(max(0.0, _white_loss(problem, last) - problem.rows) / size)
     part = LEFT_GAP_CHAOTIC if "backlash" in last.present else LEFT_GAP
     if left < max(LEFT_NOISE, part * start):
         return None

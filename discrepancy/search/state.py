@@ -10,7 +10,7 @@ from discrepancy.effects.spec import Port, Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.levenberg import Fit, fit
 from discrepancy.fitting.parameters import FitParameter, clear_effect, effect_parameters, write_start
-from discrepancy.fitting.problem import SimulationProblem
+from discrepancy.fitting.problem import SimulationProblem, Starts
 
 SCAN_KEEP = 2
 FULL_ITERATIONS = 14
@@ -73,6 +73,11 @@ def refit(
     """Fit the model again from where it stands."""
     parameters = parameters_of(state.base, state.given, state.added, ranges)
     return replace(state, fit=fit(problem, parameters, state.fit.vector, state.fit.starts, iterations))
+
+
+def refit_from(problem: SimulationProblem, state: State, starts: Starts) -> Fit:
+    """Fit the model again on other samples of the same records."""
+    return fit(problem, state.fit.parameters, state.fit.vector, starts, 4)
 
 
 def scan_effect(problem: SimulationProblem, state: State, name: str, ranges: Ranges) -> list[State]:

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from daq.recording.recording import Recording, recording_from_columns
 from discrepancy.assemble import column_names
 from discrepancy.data.clean import find_outliers
+from discrepancy.data.repeats import find_repeats
 from discrepancy.data.series import bin_series, read_series
 from discrepancy.effects.spec import Port
-from discrepancy.fitting.noise import find_repeats, fit_whitener, high_band_sigma
+from discrepancy.fitting.noise import fit_whitener, high_band_sigma
 from discrepancy.locate import locate
 from discrepancy.model.schema import JointModel
 from discrepancy.next_experiment import RigLimits, campaign, candidate_excitations, propose_between
@@ -49,7 +50,7 @@ def test_single_spikes_are_outliers_and_steps_are_not() -> None:
 
 def test_records_with_the_same_input_are_repeats(nameplate: JointModel) -> None:
     series = [read_series(make_recording({}, k, input_seed=k // 2), nameplate, str(k)) for k in (0, 1, 2)]
-    assert find_repeats(series) == [(0, 1)]
+    assert [(pair.first, pair.second) for pair in find_repeats(series)] == [(0, 1)]
 
 
 def test_a_hole_restarts_the_simulation(nameplate: JointModel) -> None:

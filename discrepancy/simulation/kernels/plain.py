@@ -55,7 +55,10 @@ def simulate_plain(
             if (first if first >= 0 else -first - 1) == k:
                 w, q, accel = starts[window, 0], starts[window, 1], 0.0
                 window += 1
-        out[0, k], out[1, k], out[2, k] = w, q, (u[k] - bias) * gain
+        at_sample = u[k]
+        if shift != 0.0:
+            at_sample, j = interpolate(t, u, t[k] - shift, j, hold)
+        out[0, k], out[1, k], out[2, k] = w, q, (at_sample - bias) * gain
         if k == n - 1:
             break
         dt = t[k + 1] - t[k]

@@ -1,0 +1,241 @@
+"""What a curve over one variable would gain beside a model: judged as every effect is, by the held-out loss.
+
+A curve is a torque over speed, angle, input, acceleration or time, sent through the linear joint to the outputs; a
+curve of the reading itself (sensor); or, where the current is an output, a curve of the current over its reference.
+Variables are taken from the simulation: a noisy measured one would share its noise with the residual.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+from scipy.signal import lfilter
+
+from discrepancy.data.series import CURRENT, POSITION, SPEED, Series
+from discrepancy.effects.spec import Port, Ranges
+from discrepancy.fitting.levenberg import Fit, project_starts
+from discrepancy.fitting.problem import SimulationProblem
+from discrepancy.locate import Place, hat_basis, spread_knots
+from discrepancy.search.greedy import Context, noise_beside
+from discrepancy.search.judge import held_out
+from discrepancy.search.state import State, refit
+from discrepancy.simulation import slots as s
+
+FloatArray = NDArray[np.float64]
+
+_SLOPE_S = 0.01
+"""The slope of the input is taken over this time."""
+_DRIFT_KNOTS = 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judgement:
+    """What further columns of sensitivities would gain.
+
+    Attributes:
+        fall: fall of the held-out loss in noise variances.
+        closed: closed part of the gap, rms in units of one sample's noise.
+    """
+
+    fall: float
+    closed: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bench:
+    """The final model under both noise models: `sharp` decides what is significant, `white` what is material."""
+
+    problem: SimulationProblem
+    state: State
+    sharp_problem: SimulationProblem
+    sharp: Fit
+    unit: float
+    bin_size: float
+
+    @property
+    def excess(self) -> float:
+        """What the model leaves beyond the noise, rms in units of one sample's noise."""
+        loss = max(0.0, self.state.fit.loss - self.problem.rows)
+        return float(np.sqrt(loss / self.problem.counted / self.bin_size))
+
+    def judge(self, sharp: FloatArray, white: FloatArray, without: tuple[int, ...] = ()) -> Judgement:
+        """Judge columns of sensitivities, shape (N, k), beside the model's own (less those listed in `without`)."""
+        keep = [i for i in range(self.sharp.jacobian.shape[1]) if i not in without]
+        own = _at_optimum(self.sharp, self.sharp.jacobian[:, keep])
+        more = _at_optimum(self.sharp, np.concatenate([self.sharp.jacobian[:, keep], sharp], axis=1))
+        fall = held_out(self.sharp_problem, own).loss - held_out(self.sharp_problem, more).loss
+        fit = self.state.fit
+        before = _at_optimum(fit, fit.jacobian[:, keep])
+        gained = before.loss - _at_optimum(fit, np.concatenate([before.jacobian, white], axis=1)).loss
+        by_chance = white.shape[1] * self.unit
+        closed = np.sqrt(max(0.0, gained - by_chance) / self.problem.counted / self.bin_size)
+        return Judgement(fall=float(fall / self.unit), closed=float(closed))
+
+
+def _at_optimum(fit: Fit, columns: FloatArray) -> Fit:
+    """Return the linearised fit of these columns of sensitivities to what the fit has left."""
+    scaled = columns / (np.linalg.norm(columns, axis=0) + 1e-300)
+    left = fit.residual - scaled @ np.linalg.lstsq(scaled, fit.residual, rcond=1e-9)[0]
+    return replace(fit, jacobian=scaled, residual=left, loss=float(left @ left))
+
+
+def make_bench(problem: SimulationProblem, state: State, ranges: Ranges, context: Context) -> Bench:
+    """Fit the model again under both noise models."""
+    sharp = replace(problem, noise=noise_beside(problem, state, context.repeat_noise))
+    again, white = refit(sharp, state, ranges, 3), refit(problem, state, ranges, 3)
+    unit = again.fit.loss / problem.rows
+    return Bench(
+        problem=problem, state=white, sharp_problem=sharp, sharp=again.fit,
+        unit=max(1.0, unit) if context.repeat_noise else unit, bin_size=context.bin_size,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Curve:
+    """A judged curve of `size` free heights."""
+
+    place: Place
+    judged: Judgement
+    size: int
+
+
+def share_of(bench: Bench, judged: Judgement) -> float:
+    """Return the part of the excess error that a judged curve closes, 0 to 1."""
+    return float(min(1.0, (judged.closed / max(bench.excess, 1e-150)) ** 2))
+
+
+def judge_curves(bench: Bench, names: Mapping[str, str]) -> list[Curve]:
+    """Judge a curve over each variable, the one that closes most first."""
+    state, problem = bench.state, bench.problem
+    outputs = problem.simulate(state.fit.vector, state.fit.starts)
+    signals = [_signals(one, out) for one, out in zip(problem.series, outputs, strict=True)]
+    rows = {channel.row for channel in problem.series[0].channels}
+    found = []
+    for key, port, driver in _DRIVERS:
+        if key not in signals[0] or (port is Port.CURRENT and key == "input" and CURRENT not in rows):
+            continue
+        knots, parts = _parts(key, signals)
+        responses = [
+            _responses(one, out, part, (port, key, state.fit.vector))
+            for one, out, part in zip(problem.series, outputs, parts, strict=True)
+        ]
+        white = project_starts(problem, state.fit, _flat(problem, responses))
+        if not np.any(white):
+            continue
+        sharp = project_starts(bench.sharp_problem, bench.sharp, _flat(bench.sharp_problem, responses))
+        judged = bench.judge(sharp, white)
+        place = Place(
+            port=port, driver=names.get(driver, driver), region=None, share=share_of(bench, judged),
+            shape=_shape(knots, white, state.fit),
+        )  # fmt: skip
+        found.append(Curve(place=place, judged=judged, size=white.shape[1]))
+    return sorted(found, key=lambda curve: -curve.judged.closed)
+
+
+_DRIVERS = (
+    ("speed", Port.TORQUE, "speed"),
+    ("position", Port.TORQUE, "position"),
+    ("input", Port.TORQUE, "input"),
+    ("acceleration", Port.TORQUE, "acceleration"),
+    ("time", Port.TORQUE, "time"),
+    ("slope", Port.CURRENT, "frequency"),
+    ("input", Port.CURRENT, "input"),
+    ("speed", Port.SENSOR, "speed"),
+    ("position", Port.SENSOR, "position"),
+)
+
+
+def called(place: Place, names: Mapping[str, str]) -> set[str]:
+    """Return what the catalogue may call a place's driver, whatever axis and input the recording has."""
+    key = next((key for key, column in names.items() if column == place.driver), "")
+    return {place.driver, *_CATALOGUE.get(key, ())}
+
+
+_CATALOGUE = {
+    "speed": ("speed_rad_s",), "position": ("position_rad",), "acceleration": ("acceleration_rad_s2",),
+    "input": ("current_A", "current_ref_A"),
+}  # fmt: skip
+
+
+def _signals(one: Series, output: FloatArray) -> dict[str, FloatArray]:
+    width, speed = max(0.5, _SLOPE_S / one.step), output[SPEED]
+    # The simulated motion: a noisy measured one would share its noise with the residual.
+    found = {
+        "speed": speed,
+        "input": one.input,
+        "acceleration": np.asarray(np.gradient(speed, one.time_s)),
+        "time": one.time_s,
+        "slope": np.asarray(np.gradient(gaussian_filter1d(one.input, width), one.time_s)),
+    }
+    if one.angle.size:
+        found["position"] = one.angle
+    return found
+
+
+def _parts(key: str, signals: list[dict[str, FloatArray]]) -> tuple[FloatArray, list[FloatArray]]:
+    """Return the knots of a curve over a variable, and for each record the parts of the curve, shape (n, k)."""
+    x = np.concatenate([one[key] for one in signals])
+    if key == "slope":
+        top = float(np.max(np.abs(x)))
+        return np.array([top]), [one[key][:, None] / top for one in signals]
+    if key != "time":
+        knots = spread_knots(x)
+        return knots, [hat_basis(one[key], knots) for one in signals]
+    knots = np.linspace(float(x.min()), float(x.max()), _DRIFT_KNOTS)
+    hats = [hat_basis(one[key], knots) for one in signals]
+    return knots, [
+        np.concatenate([hat * one["speed"][:, None], hat * one["input"][:, None]], axis=1)
+        for hat, one in zip(hats, signals, strict=True)
+    ]
+
+
+def _responses(
+    one: Series, output: FloatArray, parts: FloatArray, at: tuple[Port, str, FloatArray]
+) -> dict[int, FloatArray]:
+    """Return how the parts (n, k) of a curve move the outputs, by row, each of shape (n, k)."""
+    port, key, vector = at
+    if port is Port.SENSOR:
+        # An error of the angle sensor scales the speed by its slope; one of the speed sensor adds to it.
+        return {SPEED: parts * output[SPEED][:, None] if key == "position" else parts}
+    if port is Port.CURRENT and key == "input":
+        return {CURRENT: parts}
+    speed = _speed_response(one, output[SPEED], parts, vector)
+    angle = np.zeros_like(speed)
+    for a, b in one.edges:
+        angle[a:b] = np.cumsum(speed[a:b], axis=0) * one.step
+    return {SPEED: speed, POSITION: angle}
+
+
+def _speed_response(one: Series, speed: FloatArray, torque: FloatArray, vector: FloatArray) -> FloatArray:
+    """Return how torques (n, k) move the speed of the linear joint, shape (n, k); at rest they do not."""
+    found = np.zeros_like(torque)
+    rate = float(vector[s.VISCOUS] / vector[s.INERTIA])
+    decay = float(np.exp(-rate * one.step))
+    gain = one.step * 0.5 * (1.0 + decay) / float(vector[s.INERTIA])
+    moving = torque * (speed != 0.0)[:, None]
+    for a, b in one.edges:
+        found[a:b] = lfilter([0.0, gain], [1.0, -decay], moving[a:b], axis=0)
+    return found
+
+
+def _flat(problem: SimulationProblem, responses: list[dict[int, FloatArray]]) -> FloatArray:
+    """Weight and whiten responses as the residual was, shape (N, k)."""
+    columns = []
+    for k in range(next(iter(responses[0].values())).shape[1]):
+        outputs = []
+        for response, one in zip(responses, problem.series, strict=True):
+            output = np.zeros((4, one.n))
+            for row, values in response.items():
+                output[row] = values[:, k]
+            outputs.append(output)
+        columns.append(problem.flatten(outputs))
+    return np.stack(columns, axis=1)
+
+
+def _shape(knots: FloatArray, columns: FloatArray, fit: Fit) -> tuple[tuple[float, float], ...]:
+    joined = np.concatenate([columns, fit.jacobian], axis=1)
+    scale = np.linalg.norm(joined, axis=0) + 1e-300
+    heights = np.linalg.lstsq(joined / scale, fit.residual, rcond=1e-9)[0] / scale
+    return tuple((float(x), float(y)) for x, y in zip(knots, heights[: knots.size], strict=True))
