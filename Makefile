@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 BENCH_STAMP := $(VENV)/.installed-bench
 
-.PHONY: help install demo test check bench clean
+.PHONY: help install demo serve test check bench clean
 .DEFAULT_GOAL := help
 
 help: ## Show this list
@@ -31,6 +31,9 @@ install: $(STAMP) ## Create .venv and install everything
 
 demo: $(STAMP) $(VENV)/.kernels ## The paper's campaign on the emulated rig, then a hidden effect
 	$(BIN)/jointscope demo --out out/demo
+
+serve: $(STAMP) $(VENV)/.kernels ## The service with the emulated rig; prints its address and, once, a token
+	$(BIN)/jointscope serve --data out/service --emulate config/scenarios/nominal.yaml
 
 check: $(STAMP) $(VENV)/.kernels ## Lint, types, import rules and the quick tests
 	$(BIN)/ruff check .

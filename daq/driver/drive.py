@@ -1,5 +1,6 @@
 """The drive: switched on under a lease, kept on by the data task alone, switched off by anybody."""
 
+from collections.abc import Callable
 from functools import partial
 
 from daq.driver.conversation import Clock
@@ -25,12 +26,20 @@ class Drive:
         port: How to reach the controller.
         parameters: Its parameters: ARM must prove that we know its limits.
         clock_ns: Host monotonic clock, ns.
+        permit: Asked before each keep-alive; a no lets the lease expire. None always permits.
     """
 
-    def __init__(self, port: PortThread, parameters: Parameters, clock_ns: Clock) -> None:
+    def __init__(
+        self,
+        port: PortThread,
+        parameters: Parameters,
+        clock_ns: Clock,
+        permit: Callable[[], bool] | None = None,
+    ) -> None:
         self._port = port
         self._parameters = parameters
         self._clock_ns = clock_ns
+        self._permit = permit
         self._under_way = 0
         self._disarmed = False
         self.lease: Lease | None = None
@@ -59,7 +68,7 @@ class Drive:
         lease, t_ns = self.lease, self._clock_ns()
         if lease is None or self._under_way >= _MAX_KEEP_ALIVES or not self._port.link_up:
             return
-        if lease.is_due(tick, t_ns):
+        if lease.is_due(tick, t_ns) and (self._permit is None or self._permit()):
             lease.renew(tick, t_ns)
             self._under_way += 1
             command = KeepAlive(session=lease.session)

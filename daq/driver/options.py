@@ -1,10 +1,12 @@
 """What a caller may choose about a rig, a stream and a recording."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from daq.excitation.check import Nameplate
 from daq.excitation.spec import Excitation, Setpoints
+from daq.protocol.reports import Event
 from daq.protocol.round_trip import LinkOptions
 
 
@@ -21,6 +23,8 @@ class RigOptions:
         queue_frames: Frames that may wait for the data task; beyond that they are dropped and counted.
         line_use_limit: Largest share of the line that a stream may take.
         link: Waiting times and tries of commands.
+        may_keep_alive: Asked before each keep-alive; a no lets the drive's lease expire. None always permits.
+        on_event: Told of every event of the controller; runs in the port thread, so it must not wait.
     """
 
     baud: int = 937_500
@@ -31,6 +35,8 @@ class RigOptions:
     queue_frames: int = 60_000
     line_use_limit: float = 0.8
     link: LinkOptions = field(default_factory=LinkOptions)
+    may_keep_alive: Callable[[], bool] | None = None
+    on_event: Callable[[Event], None] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -189,6 +189,8 @@ class PortThread:
             self._events.extend(found.events)
             self.frames.poke()
             for event in found.events:
+                if self._options.on_event is not None:
+                    self._options.on_event(event)
                 if event.code == EventCode.BOOT and event.arg != self.connection.hello.session:
                     raise PortError("the controller has restarted")
 

@@ -55,7 +55,7 @@ class Rig:
         self._options = options
         self._assembler = StreamAssembler(self.dictionary)
         self.parameters = Parameters(self.dictionary, self.ask)
-        self._drive = Drive(port, self.parameters, time.monotonic_ns)
+        self._drive = Drive(port, self.parameters, time.monotonic_ns, options.may_keep_alive)
         self._gathering = BatchGathering(self.hello.tick_hz)
         self._newest_tick: int | None = None
 

@@ -4,6 +4,7 @@ from enum import IntEnum
 
 import daq.errors as daq_errors
 from server.errors import InputError, RigTrippedError, RunFailedError
+from server.services.errors import InvalidValueError, NotFoundError
 
 
 class ExitCode(IntEnum):
@@ -19,6 +20,8 @@ class ExitCode(IntEnum):
 # The first entry that the error is an instance of decides: subclasses stand before their parents.
 CODES: tuple[tuple[type[BaseException], ExitCode], ...] = (
     (InputError, ExitCode.WRONG_INPUT),
+    (InvalidValueError, ExitCode.WRONG_INPUT),
+    (NotFoundError, ExitCode.WRONG_INPUT),
     (RigTrippedError, ExitCode.RIG_REFUSED),
     (RunFailedError, ExitCode.FAILED),
     (daq_errors.DeviceFaultError, ExitCode.RIG_REFUSED),

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import typer
 
-from server.cli import convert, demo, gap, identify, later, rigs, run, simulate
+from server.cli import convert, demo, gap, identify, rigs, run, serve, simulate, token
 from server.cli.exit_codes import ExitCode, exit_code
 
 HELP = """Find out what a motor-driven robot joint really does.
@@ -32,7 +32,7 @@ def options(
     """Accept options that stand before the command; `main` reads --debug itself, since errors end there."""
 
 
-for module in (run, identify, gap, simulate, convert, rigs, demo, later):
+for module in (run, identify, gap, simulate, convert, rigs, demo, serve, token):
     module.register(app)
 
 
@@ -74,5 +74,6 @@ def _one_line(error: BaseException) -> str:
 def _is_expected(error: BaseException) -> bool:
     from daq.errors import DaqError
     from server.errors import RunFailedError
+    from server.services.errors import ConflictError, NotFoundError
 
-    return isinstance(error, DaqError | RunFailedError | OSError)
+    return isinstance(error, DaqError | RunFailedError | OSError | ConflictError | NotFoundError)

@@ -37,9 +37,36 @@ def load_plan(choices: RunChoices) -> CampaignPlan:
     """
     campaign = load_model(choices.campaign, Campaign)
     rig_path = _rig_path(choices, campaign)
-    rig = _with_choices(load_model(rig_path, Rig), rig_path, choices)
+    rig = load_rig(rig_path, emulate=choices.emulate, speed=choices.speed)
     plan = plan_campaign(campaign, choices.campaign, rig, rig_path)
     return replace(plan, clear_fault=choices.clear_fault)
+
+
+def load_rig(path: Path, *, emulate: Path | None = None, speed: str | None = None) -> Rig:
+    """Return a rig file with its scenario as a path from here, and with the user's choices in force.
+
+    Args:
+        path: rig file.
+        emulate: scenario to emulate instead of the file's port.
+        speed: `max`, or a factor of real time, for the emulated controller.
+
+    Raises:
+        InputError: the file is wrong, or there is no such scenario.
+    """
+    rig = load_model(path, Rig)
+    changes: dict[str, object] = {}
+    if rig.scenario is not None:
+        changes["scenario"] = path.parent / rig.scenario
+    if emulate is not None:
+        changes |= {"scenario": emulate, "link": rig.link.model_copy(update={"url": EMULATE})}
+    if speed is not None:
+        changes["emulation_speed"] = parse_speed(speed)
+    changed = rig.model_copy(update=changes)
+    if changed.link.url == EMULATE and changed.scenario is not None and not changed.scenario.is_file():
+        raise InputError(
+            "no such scenario file; see config/scenarios/", InputLocation(source=changed.scenario)
+        )
+    return changed
 
 
 def _rig_path(choices: RunChoices, campaign: Campaign) -> Path:
@@ -50,23 +77,6 @@ def _rig_path(choices: RunChoices, campaign: Campaign) -> Path:
             "names no rig; add the key rig or give --rig", InputLocation(source=choices.campaign)
         )
     return choices.campaign.parent / campaign.rig
-
-
-def _with_choices(rig: Rig, rig_path: Path, choices: RunChoices) -> Rig:
-    """Return the rig with its scenario as a path from here, and with the user's choices in force."""
-    changes: dict[str, object] = {}
-    if rig.scenario is not None:
-        changes["scenario"] = rig_path.parent / rig.scenario
-    if choices.emulate is not None:
-        changes |= {"scenario": choices.emulate, "link": rig.link.model_copy(update={"url": EMULATE})}
-    if choices.speed is not None:
-        changes["emulation_speed"] = parse_speed(choices.speed)
-    changed = rig.model_copy(update=changes)
-    if changed.link.url == EMULATE and changed.scenario is not None and not changed.scenario.is_file():
-        raise InputError(
-            "no such scenario file; see config/scenarios/", InputLocation(source=changed.scenario)
-        )
-    return changed
 
 
 def parse_speed(text: str) -> str | float:

@@ -11,6 +11,7 @@ from daq.driver.outcome import RecordOutcome, RecordProgress
 from daq.driver.rig import Rig as DriverRig
 from daq.driver.session import record
 from daq.errors import JournalWriteError
+from daq.protocol.stream import SampleBlock
 from daq.recording.finalise import EmptyJournalError, finalise_journal
 from daq.recording.header import make_header
 from daq.recording.journal import JOURNAL_SUFFIX, Journal
@@ -54,8 +55,11 @@ def make_recording(
     task: RecordingTask,
     on_progress: Callable[[RecordProgress], None],
     stop: threading.Event,
+    on_blocks: Callable[[list[SampleBlock]], None] | None = None,
 ) -> RecordingResult:
     """Play a step's excitation, record it, and turn the journal into a recording, however it ended.
+
+    `on_blocks` gets all samples as they come; it runs in the data task, so it must be quick.
 
     Raises:
         ExcitationLimitError: from where the joint stands now, a limit would be exceeded; nothing moved.
@@ -67,7 +71,7 @@ def make_recording(
     journal = Journal.create(journal_path, _header(driver, task))
     reason = "aborted"
     try:
-        outcome = record(driver, _plan(task), journal, on_progress, stop=stop)
+        outcome = record(driver, _plan(task), journal, on_progress, on_blocks, stop)
         reason = outcome.end.value
     finally:
         journal.close(reason)

@@ -3,12 +3,14 @@
 import contextlib
 import os
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from daq.driver.options import RigOptions
 from daq.driver.rig import Rig as DriverRig
 from daq.driver.rig import open_rig
 from daq.errors import PortError
+from daq.protocol.reports import Event
 from daq.protocol.round_trip import LinkOptions
 from server.config.rig import EMULATE, Rig
 from server.errors import InputError, InputLocation
@@ -18,14 +20,30 @@ from server.services.emulator import emulated_controller
 EMULATED_LINK = LinkOptions(rto_min_ns=150_000_000)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigHooks:
+    """What the driver asks and tells while a rig is open.
+
+    Attributes:
+        may_keep_alive: asked before each keep-alive; a no lets the drive stop by itself.
+        on_event: told of every event of the controller; must not wait.
+    """
+
+    may_keep_alive: Callable[[], bool] | None = None
+    on_event: Callable[[Event], None] | None = None
+
+
 @contextlib.contextmanager
-def connected_rig(rig: Rig, rig_path: Path, tell: Callable[[str], None]) -> Iterator[DriverRig]:
+def connected_rig(
+    rig: Rig, rig_path: Path, tell: Callable[[str], None], hooks: RigHooks | None = None
+) -> Iterator[DriverRig]:
     """Open the rig, write the parameters of its file, and close it afterwards.
 
     Args:
         rig: its file's content.
         rig_path: the file, for messages.
         tell: takes lines for the user.
+        hooks: what the driver asks and tells while the rig is open.
 
     Raises:
         InputError: no such port, taken, nobody there, or a parameter that the controller does not have.
@@ -36,7 +54,7 @@ def connected_rig(rig: Rig, rig_path: Path, tell: Callable[[str], None]) -> Iter
         if url == EMULATE:
             url = _emulate(rig, stack)
             tell(f"emulated controller on {url}")
-        driver = stack.enter_context(_open(url, rig, rig_path))
+        driver = stack.enter_context(_open(url, rig, rig_path, hooks or RigHooks()))
         for warning in driver.warnings:
             tell(f"warning: {warning}")
         for name, value in rig.parameters.items():
@@ -73,10 +91,16 @@ def _emulate(rig: Rig, stack: contextlib.ExitStack) -> str:
     return stack.enter_context(emulated_controller(rig.scenario, str(rig.emulation_speed)))
 
 
-def _open(url: str, rig: Rig, rig_path: Path) -> DriverRig:
-    link = EMULATED_LINK if rig.link.url == EMULATE else LinkOptions()
+def _open(url: str, rig: Rig, rig_path: Path, hooks: RigHooks) -> DriverRig:
+    options = RigOptions(
+        baud=int(rig.link.baud),
+        cache_dir=cache_folder(),
+        link=EMULATED_LINK if rig.link.url == EMULATE else LinkOptions(),
+        may_keep_alive=hooks.may_keep_alive,
+        on_event=hooks.on_event,
+    )
     try:
-        return open_rig(url, RigOptions(baud=int(rig.link.baud), cache_dir=cache_folder(), link=link))
+        return open_rig(url, options)
     except PortError as error:
         raise InputError(str(error), InputLocation(source=rig_path, field="link.url")) from error
 

@@ -1,0 +1,1 @@
+"""REST and live data over HTTP: thin routers over the services, one error shape."""

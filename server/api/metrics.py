@@ -1,0 +1,57 @@
+"""The service's figures for Prometheus, read when they are asked for."""
+
+from collections.abc import Iterator
+
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.registry import Collector
+
+from server.services.container import Services
+
+
+class ServiceCollector(Collector):
+    """Reads link, lease, viewers and events of all rigs.
+
+    Args:
+        services: where the figures are.
+    """
+
+    def __init__(self, services: Services) -> None:
+        self._services = services
+
+    def collect(self) -> Iterator[Metric]:
+        """Give all metrics."""
+        yield from self._rigs()
+        yield from self._links()
+        events = self._services.events
+        yield CounterMetricFamily(
+            "jointscope_events_dropped", "Events that could not be stored.", events.dropped
+        )
+        yield GaugeMetricFamily("jointscope_event_viewers", "Open event streams.", events.stored.subscribers)
+
+    def _rigs(self) -> Iterator[Metric]:
+        connected = GaugeMetricFamily("jointscope_rig_connected", "1 while connected.", labels=["rig"])
+        armed = GaugeMetricFamily("jointscope_rig_armed", "1 while the drive is on.", labels=["rig"])
+        lease = GaugeMetricFamily(
+            "jointscope_lease_left_seconds", "What is left of the operator's lease.", labels=["rig"]
+        )
+        viewers = GaugeMetricFamily("jointscope_viewers", "Who watches the samples.", labels=["rig"])
+        for rig in self._services.rigs.all():
+            view = rig.view()
+            connected.add_metric([rig.id], float(view.connection == "connected"))
+            armed.add_metric([rig.id], float(view.armed))
+            lease.add_metric([rig.id], view.lease.expires_in_s if view.lease else 0.0)
+            viewers.add_metric([rig.id], view.viewers)
+        yield from (connected, armed, lease, viewers)
+
+    def _links(self) -> Iterator[Metric]:
+        families: dict[str, CounterMetricFamily] = {}
+        for rig in self._services.rigs.all():
+            for name, value in rig.link_figures().items():
+                family = families.setdefault(
+                    name,
+                    CounterMetricFamily(
+                        f"jointscope_link_{name}", f"Link: {name.replace('_', ' ')}.", labels=["rig"]
+                    ),
+                )
+                family.add_metric([rig.id], value)
+        yield from families.values()

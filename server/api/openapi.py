@@ -1,0 +1,58 @@
+"""The OpenAPI document: FastAPI's, with the one error shape instead of FastAPI's own, for every operation."""
+
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+
+from server.api.problems import MEDIA_TYPE, Problem
+
+DESCRIPTION = (
+    "Identification sessions, campaigns and analyses of motor-driven robot joints. Every address below /api/v1 "
+    "needs a bearer token; every error is a problem document (RFC 9457) with a stable type, the field, the value "
+    "and the remedy."
+)
+_PROBLEM_REF = {"content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}}}
+_COMMON = {
+    "401": "No valid token.",
+    "403": "The token may not do that.",
+    "404": "There is no such thing.",
+    "409": "Not possible in the present state.",
+    "422": "The request is wrong.",
+    "4XX": "Another problem with the request.",
+    "5XX": "The service or the rig failed.",
+}
+Json = dict[str, Any]  # JSON values
+
+
+def install(app: FastAPI) -> None:
+    """Let `app` serve the document that `build` makes."""
+
+    def openapi() -> Json:
+        if app.openapi_schema is None:
+            app.openapi_schema = build(app)
+        return app.openapi_schema
+
+    app.openapi = openapi  # type: ignore[method-assign]  # FastAPI's documented way to change the document
+
+
+def build(app: FastAPI) -> Json:
+    """Return the document of all routes of `app`."""
+    document = get_openapi(title=app.title, version=app.version, description=DESCRIPTION, routes=app.routes)
+    for path, operations in document["paths"].items():
+        for operation in operations.values():
+            _add_problems(operation, open_to_all=not path.startswith("/api/"))
+    schemas = document.setdefault("components", {}).setdefault("schemas", {})
+    for name in ("HTTPValidationError", "ValidationError"):
+        schemas.pop(name, None)
+    schemas["Problem"] = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
+    return document
+
+
+def _add_problems(operation: Json, *, open_to_all: bool) -> None:
+    """Document every problem; what FastAPI says of 422 is not what this service answers."""
+    responses = operation["responses"]
+    responses.pop("422", None)
+    for status, words in _COMMON.items():
+        if not (open_to_all and status in ("401", "403", "409", "422")):
+            responses[status] = {"description": words, **_PROBLEM_REF}

@@ -1,0 +1,1 @@
+"""What goes over the wire as JSON: one file for each resource."""

@@ -1,0 +1,27 @@
+"""What whoever starts the service chooses."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServiceSettings:
+    """Choices of one service process.
+
+    Attributes:
+        data_dir: database, recordings, reports; made if it is not there.
+        rigs_dir: folder of rig files, None for no rigs.
+        emulate: scenario for rigs whose link is `emulate`; those are connected at once.
+        speed: of their emulators: `max`, or a factor of real time.
+        database_url: PostgreSQL by URL instead of the SQLite file below `data_dir`.
+        allowed_origins: origins of web pages, other than the service's own, that may open a WebSocket.
+        max_upload_octets: largest body of a request.
+    """
+
+    data_dir: Path
+    rigs_dir: Path | None = None
+    emulate: Path | None = None
+    speed: str | None = None
+    database_url: str | None = None
+    allowed_origins: tuple[str, ...] = ()
+    max_upload_octets: int = 512 * 1024 * 1024

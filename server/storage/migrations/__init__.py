@@ -1,0 +1,1 @@
+"""Changes of the tables, in order; they travel inside the package, so that an installed wheel can migrate."""
