@@ -32,7 +32,6 @@ from server.services.rigs.fanout import Fanout
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
 _PULL_S = 0.05
-_REST_S = 3.0
 _STREAM_AGAIN_S = 2.0
 MOVING = (DriveState.ARMED, DriveState.RUNNING, DriveState.RAMPING)
 
@@ -197,7 +196,10 @@ class RigWorker:
             return
         with contextlib.suppress(PortError, LinkTimeoutError):  # then the controller's lease stops the drive
             driver.disarm()
-            while _is_moving(driver) and time.monotonic() < deadline_s:
+            known = driver.status  # may be older than the disarm
+            while driver.link_up and time.monotonic() < deadline_s:
+                if driver.status is not known and not _is_moving(driver):
+                    return
                 time.sleep(0.01)
 
     def close(self) -> None:
