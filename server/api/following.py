@@ -11,18 +11,21 @@ T = TypeVar("T")
 
 
 async def follow(source: Fanout[T], max_items: int, idle_s: float) -> AsyncIterator[Taken[T]]:
-    """Give what is published from now on, at least every `idle_s` (then empty), until the source is closed."""
+    """Give what is published from now on, until the source is closed.
+
+    The first comes at once, when the subscription stands, and is mostly empty; then at least every `idle_s` one does.
+    """
     loop, news = asyncio.get_running_loop(), asyncio.Event()
 
     def wake() -> None:
         loop.call_soon_threadsafe(news.set)
 
     with source.subscribe(max_items, wake) as subscription:
-        closed = False
-        while not closed:
+        taken = subscription.take()
+        yield taken
+        while not taken.closed:
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(news.wait(), idle_s)
             news.clear()
             taken = subscription.take()
-            closed = taken.closed
             yield taken

@@ -62,12 +62,12 @@ async def stream_events(
 
 
 async def _lines(services: Services, rig: str | None, since: int | None) -> AsyncIterator[str]:
-    yield ": connected\n\n"
-    newest, lost = since or 0, 0
-    first = since is not None
-    async for taken in follow(services.events.stored, _MAX_WAITING, 0.05 if first else _HEARTBEAT_S):
-        if first:  # subscribed first, read afterwards: nothing falls between
-            first = False
+    newest, lost, caught_up = since or 0, 0, since is None
+    async for taken in follow(services.events.stored, _MAX_WAITING, _HEARTBEAT_S):
+        if not taken.items:
+            yield ": listening\n\n"
+        if not caught_up:  # subscribed first, read afterwards: nothing falls between
+            caught_up = True
             async for event in _stored(services, newest):
                 newest = event.id
                 if rig in (None, event.rig_id):
@@ -78,8 +78,6 @@ async def _lines(services: Services, rig: str | None, since: int | None) -> Asyn
         for event in taken.items:
             if event.id > newest and rig in (None, event.rig_id):
                 yield _sse(event)
-        if not taken.items:
-            yield ": still here\n\n"
 
 
 async def _stored(services: Services, after: int) -> AsyncIterator[ServiceEvent]:

@@ -58,7 +58,7 @@ def test_an_address_that_others_reach_needs_a_token_first(tmp_path: Path) -> Non
 def test_a_signal_ends_the_service_in_order_while_an_event_stream_is_open(start_service: Start) -> None:
     service = start_service()
     with service.client("read").stream("GET", "/api/v1/events/stream") as stream:
-        assert next(stream.iter_lines()) == ": connected"
+        assert next(stream.iter_lines()) == ": listening"
         service.process.send_signal(signal.SIGTERM)
         assert service.process.wait(30) == 0
 
