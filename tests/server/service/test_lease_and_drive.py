@@ -70,9 +70,11 @@ def long_run(rig: ServedRig, begun: threading.Event) -> RigJob[RecordOutcome]:
 
 
 def test_a_lease_that_runs_out_stops_the_drive_by_its_own_lease(rig: ServedRig) -> None:
-    grant, begun = rig.acquire(ALICE, 1.0), threading.Event()
-    outcome = rig.perform(long_run(rig, begun), grant.id).result(timeout=60)
-    assert begun.is_set()
+    grant, begun = rig.acquire(ALICE, 60.0), threading.Event()
+    future = rig.perform(long_run(rig, begun), grant.id)
+    assert begun.wait(30)
+    rig.lease.renew(grant.id, 1.0)
+    outcome = future.result(timeout=60)
     assert outcome.end is RecordEnd.TRIPPED
     assert "the drive's lease ran out" in outcome.text
     for _ in range(200):  # the controller tells its state ten times a second
@@ -84,12 +86,12 @@ def test_a_lease_that_runs_out_stops_the_drive_by_its_own_lease(rig: ServedRig) 
 
 
 def test_a_lease_that_is_renewed_keeps_the_drive_running(rig: ServedRig) -> None:
-    grant, begun = rig.acquire(ALICE, 1.0), threading.Event()
+    grant, begun = rig.acquire(ALICE, 60.0), threading.Event()
     job = long_run(rig, begun)
     future = rig.perform(job, grant.id)
     assert begun.wait(30)
-    for _ in range(8):
-        rig.lease.renew(grant.id)
+    for _ in range(10):  # together longer than the lease
+        rig.lease.renew(grant.id, 2.0)
         assert not job.stop.wait(0.25)
     assert not future.done()
     job.stop.set()
