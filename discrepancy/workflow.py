@@ -108,7 +108,7 @@ def _run_torque(
     limits = replace(
         chosen.search,
         material_rms=max(chosen.search.material_rms, TORQUE_MATERIAL),
-        material_gap=max(chosen.search.material_gap, TORQUE_FORM_ERROR),
+        simpler=max(chosen.search.simpler, TORQUE_FORM_ERROR),
     )
     outcome = search(prepared.problem, prepared.state, prepared.ranges, limits, prepared.context, names)
     scorer = torque_scorer(model, train, test)

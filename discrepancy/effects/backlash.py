@@ -14,10 +14,12 @@ def _starts(r: Ranges) -> list[Start]:
             "stiffness": r.inertia * a * (1 - a) * (2 * 3.14159 * f) ** 2,
             "damping_ratio": 0.5,
             "friction_share": a,
+            "read_on_load": side,
         }
-        for g in (0.05, 0.2)
-        for a in (0.3, 0.6)
+        for g in (0.03, 0.1, 0.3)
+        for a in (0.3, 0.6, 0.95)
         for f in (12.0, 30.0)
+        for side in (0.0, 1.0)
     ]
 
 
@@ -46,8 +48,8 @@ BACKLASH = Effect(
             name="load_share",
             slot=s.LOAD_SHARE,
             kind=Kind.RATIO,
-            lower=0.05,
-            upper=0.95,
+            lower=0.02,
+            upper=0.995,
             meaning="share of the inertia behind the gap",
         ),
         EffectParameter(
@@ -76,6 +78,15 @@ BACKLASH = Effect(
             upper=1.0,
             meaning="share of the viscous friction behind the gap",
         ),
+        EffectParameter(
+            name="read_on_load",
+            slot=s.SENSOR_ON_LOAD,
+            kind=Kind.RATIO,
+            lower=0.0,
+            upper=1.0,
+            meaning="1: speed and angle are measured behind the gap",
+            free=False,
+        ),
     ),
     starts=_starts,
     limits=_limits,
@@ -83,4 +94,6 @@ BACKLASH = Effect(
     confused_with=("belt_compliance", "presliding_hysteresis", "coulomb_friction"),
     reference="M. Nordin, P.-O. Gutman, Automatica 38(10), 2002",
     inverse=False,
+    chaotic=True,
+    contains=("belt_compliance",),
 )

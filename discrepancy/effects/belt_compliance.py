@@ -13,9 +13,11 @@ def _starts(r: Ranges) -> list[Start]:
             "stiffness": r.inertia * a * (1 - a) * (2 * 3.14159 * f) ** 2,
             "damping_ratio": 0.1,
             "friction_share": a,
+            "read_on_load": side,
         }
-        for a in (0.5,)
-        for f in (2.0, 4.0, 8.0, 15.0, 30.0)
+        for a in (0.1, 0.5, 0.9, 0.985)
+        for f in (2.0, 5.0, 12.0, 30.0)
+        for side in (0.0, 1.0)
     ]
 
 
@@ -34,8 +36,8 @@ BELT_COMPLIANCE = Effect(
             name="load_share",
             slot=s.LOAD_SHARE,
             kind=Kind.RATIO,
-            lower=0.02,
-            upper=0.98,
+            lower=0.01,
+            upper=0.995,
             meaning="share of the inertia behind the belt",
         ),
         EffectParameter(
@@ -63,6 +65,15 @@ BELT_COMPLIANCE = Effect(
             lower=0.0,
             upper=1.0,
             meaning="share of the viscous friction behind the belt",
+        ),
+        EffectParameter(
+            name="read_on_load",
+            slot=s.SENSOR_ON_LOAD,
+            kind=Kind.RATIO,
+            lower=0.0,
+            upper=1.0,
+            meaning="1: speed and angle are measured behind the belt",
+            free=False,
         ),
     ),
     starts=_starts,

@@ -103,6 +103,7 @@ class Effect:
         contains: effects that this one reproduces exactly for some values of its parameters.
         shared: parameter names that are dropped (held neutral) when the effect named there is already in the model.
         limits: bounds that follow from the signals, by parameter name; they narrow those of the parameters.
+        chaotic: True if the free run is chaotic: fits start on short windows, and a wider form error is allowed.
         inverse: True if an inverse-dynamics torque balance can show the effect. Motor-side effects cannot be judged
             there:
             the measured input stands on both sides, and a motor that makes no torque would balance a joint of no mass.
@@ -121,3 +122,4 @@ class Effect:
     shared: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     limits: Callable[[Ranges], Mapping[str, tuple[float, float]]] | None = None
     inverse: bool = True
+    chaotic: bool = False

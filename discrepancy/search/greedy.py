@@ -15,13 +15,14 @@ from discrepancy.fitting.noise import fit_whitener, innovation_sigma
 from discrepancy.fitting.problem import Noise, SimulationProblem
 from discrepancy.search.judge import held_out
 from discrepancy.search.options import SearchOptions
-from discrepancy.search.state import State, polish, refit, refit_from, scan_effect, without
+from discrepancy.search.state import SCAN_KEEP, State, polish, refit, refit_from, scan_effect, without
 
 FloatArray = NDArray[np.float64]
 A = TypeVar("A")
 B = TypeVar("B")
 FAR = 9.0
 """Candidates whose loss is this multiple of the best one's cannot win under any noise model."""
+OVERWHELMING = 0.5
 
 Equivalent = str | tuple[str, ...]
 
@@ -127,6 +128,8 @@ def run_round(
         options: decision limits.
         context: executor, noise of repeats if known, samples per bin.
     """
+    left = max(0.0, state.fit.loss - problem.rows) / problem.counted / context.bin_size
+    context = replace(context, excess=float(np.sqrt(left)))
     contenders = fit_all(problem, state, ranges, options, context)
     best = contenders[0]
     # What a candidate's fit found for the parameters of the joint alone is no merit of the candidate.
@@ -164,10 +167,28 @@ def _judge(
         closed = np.sqrt(gained / problem.counted / context.bin_size)
         fall = reference - held_out(sharp, one.fit).loss / unit
         judged.append(replace(contender, state=one, fall=float(fall), closed=float(closed)))
-    judged.sort(key=lambda c: options.per_parameter * c.size - c.fall)
+    judged = _ranked(judged, problem.rows, options)
     winner = choose(judged, options, (state, context))
     others = () if winner is None else equivalents_of(winner, judged, options, context)
     return Round(before=before, contenders=tuple(judged), winner=winner, equivalents=others, problem=sharp)
+
+
+def _ranked(judged: Sequence[Contender], rows: float, options: SearchOptions) -> list[Contender]:
+    """Order by the held-out loss; a candidate that leaves less than half of what any other leaves comes first.
+
+    Leaving out blocks is computed by linearisation, which a chaotic motion defies; what leaves half the error with a
+    handful of parameters needs no such proof.
+    """
+    ranked = sorted(judged, key=lambda c: options.per_parameter * c.size - c.fall)
+    if len(ranked) < 2:
+        return ranked
+    by_rest = sorted(ranked, key=lambda c: c.white_loss)
+    first, second = (max(0.0, c.white_loss - rows) for c in by_rest[:2])
+    best = by_rest[0]
+    if first < OVERWHELMING * second and best.fall > options.alarm + options.per_parameter * own_size(best):
+        ranked.remove(best)
+        ranked.insert(0, best)
+    return ranked
 
 
 def fit_all(
@@ -185,6 +206,7 @@ def fit_all(
         first = refit_from(scout, state, scout.initial_starts())
         coarse = replace(state, fit=first)
     scanned = fan_out(context.executor, partial(_scan, scout, coarse, ranges), names)
+    scanned = _rescanned(scanned, partial(_scan_richer, scout, ranges), (context.executor, state))
     floor = min(one[0].fit.loss for one in scanned)
     limit = max(floor, scout.rows) + 0.5 * max(0.0, coarse.fit.loss - floor)
     ranked = sorted(scanned, key=lambda one: one[0].fit.loss)
@@ -194,6 +216,30 @@ def fit_all(
     done = fan_out(context.executor, partial(_polish, problem, ranges), keep)
     contenders = [Contender(name=one.added[-1], state=one, white_loss=one.fit.loss) for one in done]
     return sorted(contenders, key=lambda c: c.white_loss + options.per_parameter * c.size)
+
+
+def _rescanned(
+    scanned: Sequence[list[State]],
+    function: Callable[[tuple[State, str]], list[State]],
+    rest: tuple[Executor | None, State],
+) -> list[list[State]]:
+    """Start laws that contain a simpler one from that one's fit too."""
+    executor, state = rest
+    by_name = {one[0].added[-1]: one for one in scanned}
+    pairs = [
+        (by_name[simple][0], name)
+        for name in by_name
+        for simple in EFFECTS[name].contains
+        if simple in by_name
+    ]
+    for (_, name), more in zip(pairs, fan_out(executor, function, pairs), strict=True):
+        whole = [replace(one, added=(*state.added, name)) for one in more if one.added[:-1] == state.added]
+        by_name[name] = sorted([*by_name[name], *whole], key=lambda one: one.fit.loss)[:SCAN_KEEP]
+    return list(by_name.values())
+
+
+def _scan_richer(problem: SimulationProblem, ranges: Ranges, pair: tuple[State, str]) -> list[State]:
+    return scan_effect(problem, *pair, ranges)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -208,6 +254,7 @@ class Context:
         scout: the same records in coarser samples, on which starts are tried.
         signal: standard deviation of the output in units of one sample's noise.
         gap: gap of the recalibrated base model in the same units.
+        excess: gap that is left before this round.
     """
 
     executor: Executor | None
@@ -218,10 +265,12 @@ class Context:
     scout: SimulationProblem | None = None
     signal: float = 0.0
     gap: float = 0.0
+    excess: float = 0.0
 
     def material(self, options: SearchOptions, present: Sequence[str]) -> float:
         """Return the least closed gap that counts, in units of one sample's noise."""
-        tolerance = options.chaotic_form_error if "backlash" in present else options.form_error
+        chaotic = any(EFFECTS[name].chaotic for name in present)
+        tolerance = options.chaotic_form_error if chaotic else options.form_error
         return max(options.material_noise, options.material_signal * self.signal, tolerance * self.closed)
 
 
@@ -248,12 +297,16 @@ def choose(
 ) -> Contender | None:
     """Return the contender to add: significant, material, and the simplest among those that do the same."""
     state, context = before
-    material = context.material(options, state.present)
+    least = context.material(options, state.present)
+    if context.repeat_noise is not None:
+        # A name whose gap hardly shrinks is not a name: it would only patch the form of what is missing.
+        part = options.later_part if state.added else options.first_part
+        least = max(least, part * context.excess)
     passing = [
         c
         for c in judged
         if c.fall > options.alarm + options.per_parameter * own_size(c)
-        and c.closed > material
+        and c.closed > least
         and c.white_loss < (1.0 - options.material_rms) ** 2 * state.fit.loss
     ]
     if not passing:
@@ -264,7 +317,7 @@ def choose(
             continue
         # What the richer law closes beyond the simpler one, against all that it closes.
         extra = np.sqrt(max(0.0, best.closed**2 - rival.closed**2))
-        if extra < max(material, options.material_gap * best.closed):
+        if extra < max(context.material(options, state.present), options.simpler * best.closed):
             best = rival
     return best
 

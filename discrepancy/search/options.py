@@ -15,7 +15,9 @@ class SearchOptions:
         material_noise: least closed gap in units of the noise of one sample; below it nobody could see the effect.
         material_signal: the same in units of the output's standard deviation: no rigid-body model of sampled data is
             better than a few thousandths.
-        material_gap: two models whose difference is less than this part of the gap that either closes are the same.
+        first_part, later_part: least part of the remaining gap (rms) that an effect must close, in the first round and
+            later. The largest of three equal effects closes 0.58 of it, of two 0.71.
+        simpler: a law with more parameters must close more than the simpler one that it contains by this part of it.
         doubt: fall of the held-out loss within which rivals count as equivalent.
         most_effects: the search ends after so many.
         material_rms: least relative fall of the rms error. Used where noise is not known and model error stands for it
@@ -32,7 +34,9 @@ class SearchOptions:
     per_parameter: float = 8.0
     material_noise: float = 0.08
     material_signal: float = 0.003
-    material_gap: float = 0.05
+    first_part: float = 0.3
+    later_part: float = 0.5
+    simpler: float = 0.02
     doubt: float = 12.0
     most_effects: int = 5
     finalists: int = 8

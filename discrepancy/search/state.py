@@ -6,14 +6,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from discrepancy.effects.spec import Port, Ranges
+from discrepancy.data.series import cut_windows
+from discrepancy.effects.spec import Effect, Port, Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.levenberg import Fit, fit
 from discrepancy.fitting.parameters import FitParameter, clear_effect, effect_parameters, write_start
 from discrepancy.fitting.problem import SimulationProblem, Starts
 
 SCAN_KEEP = 2
+CHAOTIC_WINDOW_S = 1.0
+CHAOTIC_ITERATIONS = 40
 FULL_ITERATIONS = 14
+FloatArray = NDArray[np.float64]
 RIVAL_START = 1.3
 """A second start is followed if its scanned loss is at most this multiple of the first one's."""
 
@@ -40,6 +44,11 @@ class State:
     def present(self) -> tuple[str, ...]:
         """All effects in the model."""
         return self.given + self.added
+
+    @property
+    def is_chaotic(self) -> bool:
+        """Whether the free run is chaotic."""
+        return any(EFFECTS[name].chaotic for name in self.present)
 
     @property
     def size(self) -> int:
@@ -86,12 +95,16 @@ def scan_effect(problem: SimulationProblem, state: State, name: str, ranges: Ran
     Effects that the new one contains make way for it.
     """
     effect = EFFECTS[name]
+    problem = eased(problem, effect)
     bare = without(state, [other for other in state.added if other in effect.contains])
     parameters = parameters_of(bare.base, bare.given, (*bare.added, name), ranges)
-    vectors = [write_start(bare.fit.vector, effect, start, bare.present) for start in effect.starts(ranges)]
-    first = 2 if len(vectors) > SCAN_KEEP else 4
-    reuse = state.fit.jacobian[:, : len(state.base)]
-    trials = [fit(problem, parameters, vector, bare.fit.starts, first, reuse) for vector in vectors]
+    vectors = _starting_vectors(state, bare, effect, ranges)
+    # A law that replaces a fitted simpler one has to find that one's parameters again.
+    first = 8 if bare.added != state.added else 2 if len(vectors) > SCAN_KEEP else 4
+    reuse: FloatArray | None = state.fit.jacobian[:, : len(state.base)]
+    starts = problem.initial_starts() if effect.chaotic else bare.fit.starts
+    reuse = None if effect.chaotic else reuse
+    trials = [fit(problem, parameters, vector, starts, first, reuse) for vector in vectors]
     if effect.port is Port.SENSOR and state.nameplate is not None:
         # A sensor that lies grossly drags the recalibrated joint far away: start from the nameplate too.
         lied = write_start(state.nameplate, effect, effect.starts(ranges)[0], bare.present)
@@ -102,7 +115,37 @@ def scan_effect(problem: SimulationProblem, state: State, name: str, ranges: Ran
     ]
 
 
+def _starting_vectors(state: State, bare: State, effect: Effect, ranges: Ranges) -> list[FloatArray]:
+    """Return where the fit of an effect starts; numbers that it shares with one that makes way are kept."""
+    kept = {p.slot for name in state.added if name in effect.contains for p in EFFECTS[name].parameters}
+    kept &= {p.slot for p in effect.parameters}
+    found: dict[bytes, FloatArray] = {}
+    for start in effect.starts(ranges):
+        vector = write_start(bare.fit.vector, effect, start, bare.present)
+        for slot in kept:
+            vector[slot] = state.fit.vector[slot]
+        found[vector.tobytes()] = vector
+    return list(found.values())
+
+
+def eased(problem: SimulationProblem, effect: Effect) -> SimulationProblem:
+    """Return the problem cut into short windows for an effect whose free run is chaotic (multiple shooting)."""
+    if not effect.chaotic:
+        return problem
+    return replace(problem, series=tuple(cut_windows(one, CHAOTIC_WINDOW_S) for one in problem.series))
+
+
 def polish(problem: SimulationProblem, scanned: Sequence[State], ranges: Ranges) -> State:
     """Fit the scanned starts of one effect to the end, unless one is far behind, and return the best."""
     worth = [one for one in scanned if one.fit.loss <= RIVAL_START * scanned[0].fit.loss]
-    return min((refit(problem, one, ranges) for one in worth), key=lambda one: one.fit.loss)
+    effect = EFFECTS[scanned[0].added[-1]]
+    if not effect.chaotic:
+        return min((refit(problem, one, ranges) for one in worth), key=lambda one: one.fit.loss)
+    windows = eased(problem, effect)
+    begun = [_restarted(one, windows) for one in worth]
+    best = min((refit(windows, one, ranges, CHAOTIC_ITERATIONS) for one in begun), key=lambda one: one.fit.loss)
+    return refit(problem, _restarted(best, problem), ranges, 4)
+
+
+def _restarted(state: State, problem: SimulationProblem) -> State:
+    return replace(state, fit=replace(state.fit, starts=problem.initial_starts()))

@@ -106,8 +106,11 @@ def _advance(p: FloatArray, x: FloatArray, h: float, command: float, time: float
 @njit(cache=True, error_model="numpy")
 def _read_sensors(p: FloatArray, x: FloatArray, out: FloatArray, k: int) -> None:
     """Write speed, position and current of sample `k` as the sensors report them."""
-    speed = x[FILTERED] if p[s.FILTER_LAG] > 0.0 else x[W]
-    position = x[Q]
+    position, speed = x[Q], x[W]
+    if p[s.SENSOR_ON_LOAD] > 0.5:
+        position, speed = x[Q] - x[TWIST], x[LOAD_SPEED]
+    if p[s.FILTER_LAG] > 0.0:
+        speed = x[FILTERED]
     if p[s.POT_WAVE] != 0.0:
         a = p[s.POT_WAVE] * position
         sin, cos = math.sin(a), math.cos(a)
