@@ -33,7 +33,7 @@ from discrepancy.fitting.parameters import (
     model_vector,
     smoothing_parameter,
 )
-from discrepancy.fitting.problem import Noise, SimulationProblem
+from discrepancy.fitting.problem import COARSE_STEP_ANGLE, Noise, SimulationProblem
 from discrepancy.model.schema import BASE_SLOTS, InputHold, JointModel, Judge
 from discrepancy.result import GapResult
 from discrepancy.search.finish import search
@@ -238,7 +238,8 @@ def latest_timing(step: float) -> float:
 
 def scout_problem(problem: SimulationProblem) -> SimulationProblem:
     """Return the problem on coarser samples."""
-    return replace(problem, series=tuple(bin_series(one, SCOUT_FACTOR) for one in problem.series))
+    coarse = tuple(bin_series(one, SCOUT_FACTOR) for one in problem.series)
+    return replace(problem, series=coarse, step_angle=COARSE_STEP_ANGLE)
 
 
 def hold_scale(model: JointModel) -> tuple[JointModel, list[str]]:

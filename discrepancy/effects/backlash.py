@@ -17,8 +17,8 @@ def _starts(r: Ranges) -> list[Start]:
             "read_on_load": side,
         }
         for g in (0.03, 0.1, 0.3)
-        for a in (0.3, 0.6, 0.95)
-        for f in (12.0, 30.0)
+        for a in (0.3, 0.9)
+        for f in (15.0,)
         for side in (0.0, 1.0)
     ]
 

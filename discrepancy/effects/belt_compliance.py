@@ -15,8 +15,8 @@ def _starts(r: Ranges) -> list[Start]:
             "friction_share": a,
             "read_on_load": side,
         }
-        for a in (0.1, 0.5, 0.9, 0.985)
-        for f in (2.0, 5.0, 12.0, 30.0)
+        for a in (0.2, 0.6, 0.95, 0.987)
+        for f in (2.0, 6.0, 15.0)
         for side in (0.0, 1.0)
     ]
 

@@ -143,7 +143,9 @@ def polish(problem: SimulationProblem, scanned: Sequence[State], ranges: Ranges)
         return min((refit(problem, one, ranges) for one in worth), key=lambda one: one.fit.loss)
     windows = eased(problem, effect)
     begun = [_restarted(one, windows) for one in worth]
-    best = min((refit(windows, one, ranges, CHAOTIC_ITERATIONS) for one in begun), key=lambda one: one.fit.loss)
+    best = min(
+        (refit(windows, one, ranges, CHAOTIC_ITERATIONS) for one in begun), key=lambda one: one.fit.loss
+    )
     return refit(problem, _restarted(best, problem), ranges, 4)
 
 

@@ -179,6 +179,12 @@ def simulate_record(
                 at_start, j = interpolate(t, u, t[k] - shift, j, hold)
                 _restart(p, x, starts[window], at_start, first < 0)
                 window += 1
+        if p[s.CURRENT_LAG] == 0.0:
+            # The sub-steps leave the current of their middle behind; the sensor reads that of the sample.
+            at_sample = u[k]
+            if not direct:
+                at_sample, j = interpolate(t, u, t[k] - shift, j, hold)
+            x[CURRENT] = limit_current(p, at_sample)
         _read_sensors(p, x, out, k)
         if k == n - 1:
             break
