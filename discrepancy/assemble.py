@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from discrepancy.data.repeats import find_repeats
 from discrepancy.effects.spec import Port
 from discrepancy.effects.table import EFFECTS
 from discrepancy.evaluate import Scorer, score_curves
@@ -13,6 +14,10 @@ from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
 from discrepancy.model.schema import EffectTerm, JointModel, Quantity
 from discrepancy.next_experiment import RigLimits
+from discrepancy.report.detectable import detectable_effects
+from discrepancy.report.law import LawMaker
+from discrepancy.report.pictures import Pictures
+from discrepancy.report.spectra import noise_spectra
 from discrepancy.result import GapResult, ParameterChange, Rejected, ResultStep, total_gap
 from discrepancy.search.finish import SearchOutcome, Step
 from discrepancy.search.greedy import residual_parts
@@ -120,20 +125,52 @@ def result_step(
     located = step if before is None else before
     places = locate(
         problem.series, residual_parts(problem, located.state), located.state.fit.vector, column_names(model)
-    )[:3]
+    )
+    first = places[:3]
     if step.added is not None:
-        places = _own_place_first(step.added, places)
+        first = _own_place_first(step.added, first)
     evidence: dict[str, float | int | str] = {"held_out_gain": step.fall, "closed_in_noise": step.closed}
     return ResultStep(
         added=step.added,
         parameters={name: q for (own, name), q in values.items() if own == owner and name not in NUISANCES},
         equivalents=step.equivalents,
-        where=tuple(places),
+        where=tuple(first),
         evidence=evidence,
         train=score_curves(trained, floor),
         test=score_curves(curves, floor),
         curves=tuple(curves),
+        base={name: q for (own, name), q in values.items() if own == BASE and name not in NUISANCES},
+        terms={
+            term: {name: q for (own, name), q in values.items() if own == term} for term in step.state.present
+        },
+        places=tuple(places),
     )
+
+
+def make_pictures(
+    outcome: SearchOutcome, scorer: Scorer, model: JointModel, floor: dict[str, float]
+) -> Pictures:
+    """Return what the report draws beyond the steps."""
+    problem, last = outcome.problem, outcome.steps[-1].state
+    series = problem.series
+    pairs = [(series[i].label, series[k].label) for i, k in find_repeats(series)]
+    repeated = () if outcome.is_torque or not pairs else scorer.train(last.fit.vector)
+    places = locate(series, residual_parts(problem, last), last.fit.vector, column_names(model))
+    unknown, detectable = outcome.unknown, ()
+    if outcome.verdict == "none" and not outcome.is_torque:
+        ratio = float(np.mean([(floor[name] / sigma) ** 2 for name, sigma in problem.noise.sigma.items()]))
+        detectable = detectable_effects(problem, last, SearchOptions(), ratio)
+    return Pictures(
+        noise=noise_spectra(repeated, pairs), left=tuple(places), detectable=detectable,
+        unknown=None if unknown is None else law_maker(outcome, model).nameless(unknown),
+    )  # fmt: skip
+
+
+def law_maker(outcome: SearchOutcome, model: JointModel) -> LawMaker:
+    """Return what draws the laws of the last model."""
+    problem, last = outcome.problem, outcome.steps[-1].state
+    covariance = robust_covariance(problem, last.fit)
+    return LawMaker(problem=problem, state=last, covariance=covariance, linear=model.is_linear_axis)
 
 
 def _own_place_first(name: str, places: Sequence[Place]) -> list[Place]:
@@ -182,6 +219,8 @@ def assemble(
         steps.append(
             result_step(outcome.problem, scorer, model, step, outcome.steps[i - 1] if i else None, floor)
         )
+    laws = law_maker(outcome, model)
+    steps = [step if step.added is None else replace(step, law=laws.named(step.added)) for step in steps]
     last = outcome.steps[-1]
     judged = [name for name in model.outputs if name in steps[0].test] or list(steps[0].test)
     values = quantities(outcome.problem, last.state, model)
@@ -201,4 +240,5 @@ def assemble(
         rejected=rejected_candidates(outcome, SearchOptions()),
         notes=tuple(notes) + outcome.notes,
         terms=new.effects,
+        pictures=make_pictures(outcome, scorer, model, floor),
     )
