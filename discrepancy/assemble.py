@@ -16,7 +16,7 @@ from discrepancy.model.schema import EffectTerm, JointModel, Quantity
 from discrepancy.next_experiment import RigLimits
 from discrepancy.report.detectable import detectable_effects
 from discrepancy.report.law import LawMaker
-from discrepancy.report.pictures import Pictures
+from discrepancy.report.pictures import Detectable, Pictures
 from discrepancy.report.spectra import noise_spectra
 from discrepancy.result import GapResult, ParameterChange, Rejected, ResultStep, total_gap
 from discrepancy.search.finish import SearchOutcome, Step
@@ -156,7 +156,8 @@ def make_pictures(
     pairs = [(series[i].label, series[k].label) for i, k in find_repeats(series)]
     repeated = () if outcome.is_torque or not pairs else scorer.train(last.fit.vector)
     places = locate(series, residual_parts(problem, last), last.fit.vector, column_names(model))
-    unknown, detectable = outcome.unknown, ()
+    unknown = outcome.unknown
+    detectable: tuple[Detectable, ...] = ()
     if outcome.verdict == "none" and not outcome.is_torque:
         ratio = float(np.mean([(floor[name] / sigma) ** 2 for name, sigma in problem.noise.sigma.items()]))
         detectable = detectable_effects(problem, last, SearchOptions(), ratio)

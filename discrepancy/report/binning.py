@@ -53,8 +53,9 @@ def bin_samples(samples: Samples, edges: FloatArray | None = None) -> Cells:
     size = chosen.size - 1
     place = np.clip(np.searchsorted(chosen, samples.x, side="right") - 1, 0, size - 1)
     weight = np.bincount(place, samples.per**2, size)
-    safe = np.maximum(weight, 1e-300)
+    safe = np.where(weight > 0.0, weight, np.nan)
     mean = np.bincount(place, samples.y * samples.per, size) / safe
+    # Empty cells are NaN: nothing is drawn there.
     rest = (samples.y - mean[place] * samples.per) * samples.per
     count = np.bincount(place, minlength=size).astype(np.float64)
     sums = np.zeros((int(samples.block.max()) + 1, size))

@@ -5,7 +5,7 @@ own parameters could imitate is projected out; what is left counts as seen if it
 This is the expectation for a linearised fit: a real search may miss a little more.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,9 +111,7 @@ def _smallest(
         if other.name in TWINS and other.name != parameter:
             full[other.slot] = 0.0
     free = sum(1 for p in effect.parameters if p.free)
-    need = max(
-        options.alarm + options.per_parameter * free, options.material_noise**2 * base.size * bin_size
-    )
+    need = max(options.alarm + options.per_parameter * free, options.material_noise**2 * base.size * bin_size)
 
     def seen(size: float) -> bool:
         vector = full.copy()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import plotly.graph_objects as go
+from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
 from discrepancy.evaluate import Curve
@@ -12,6 +13,8 @@ from discrepancy.report.spectra import spectrum, white_density
 from discrepancy.report.thin import thin, within
 from discrepancy.result import GapResult
 
+FloatArray = NDArray[np.float64]
+
 BEFORE_NAME, AFTER_NAME = "base model, recalibrated", "extended model"
 
 
@@ -20,20 +23,21 @@ def titled(output: str) -> str:
     return f"{quantity_name(output)}, {output_unit(output)}".rstrip(", ")
 
 
-def _line(figure: go.Figure, curve: tuple[str, np.ndarray, np.ndarray], colour: str, **more: object) -> None:  # type: ignore[type-arg]  # plotly takes any array
+def _line(
+    figure: go.Figure,
+    curve: tuple[str, FloatArray, FloatArray],
+    colour: str,
+    dash: str = "solid",
+    row: int = 0,
+) -> None:
+    """Add a thinned line; `row` is that of a figure with several, 0 for a plain one."""
     name, time, values = curve
     x, y = thin(time, values)
-    place = {key: more.pop(key) for key in ("row", "col") if key in more}
     figure.add_scatter(
-        x=x.astype(np.float32),
-        y=y.astype(np.float32),
-        name=name,
-        mode="lines",
-        line={"color": colour, "width": 1.4, **more},
-        legendgroup=name,
-        showlegend=place.get("row", 1) == 1,
-        **place,
-    )
+        x=x.astype(np.float32), y=y.astype(np.float32), name=name, mode="lines", legendgroup=name,
+        line={"color": colour, "width": 1.4, "dash": dash}, showlegend=row < 2,
+        **({"row": row, "col": 1} if row else {}),
+    )  # fmt: skip
 
 
 def stretch(result: GapResult, curves: tuple[Curve, Curve], span: tuple[float, float]) -> go.Figure:
@@ -52,11 +56,11 @@ def over_time(result: GapResult, curves: tuple[Curve, Curve]) -> go.Figure:
     """Show a whole record: the signals above, the errors below with the band of the noise."""
     first, last = curves
     figure = make_subplots(rows=2, cols=1, shared_xaxes=True, row_heights=[0.6, 0.4], vertical_spacing=0.06)
-    _line(figure, ("measured", first.time_s, first.measured), MEASURED, row=1, col=1)
+    _line(figure, ("measured", first.time_s, first.measured), MEASURED, row=1)
     pairs = [(first, BEFORE, BEFORE_NAME), (last, AFTER, AFTER_NAME)][: min(2, len(result.steps))]
     for curve, colour, name in pairs:
-        _line(figure, (name, curve.time_s, curve.simulated), colour, row=1, col=1)
-        _line(figure, (name, curve.time_s, curve.measured - curve.simulated), colour, row=2, col=1)
+        _line(figure, (name, curve.time_s, curve.simulated), colour, row=1)
+        _line(figure, (name, curve.time_s, curve.measured - curve.simulated), colour, row=2)
     floor = result.noise_floor.get(first.name, 0.0)
     figure.add_hrect(
         y0=-2 * floor, y1=2 * floor, row=2, col=1, line_width=0, fillcolor=NOISE, opacity=0.25,
@@ -75,11 +79,15 @@ def spectra(result: GapResult, curves: tuple[Curve, Curve]) -> go.Figure:
     pairs = [(first, BEFORE, BEFORE_NAME), (last, AFTER, AFTER_NAME)][: min(2, len(result.steps))]
     for curve, colour, name in pairs:
         found = spectrum(curve.time_s, (curve.measured - curve.simulated) * (curve.weight > 0))
-        figure.add_scatter(x=found.frequency, y=found.density, name=f"error of the {name}", line={"color": colour})
+        figure.add_scatter(
+            x=found.frequency, y=found.density, name=f"error of the {name}", line={"color": colour}
+        )
     noise = result.pictures.noise.get(first.name)
     if noise is not None:
         name = "noise, measured from repeated records"
-        figure.add_scatter(x=noise.frequency, y=noise.density, name=name, line={"color": NOISE, "dash": "dot"})
+        figure.add_scatter(
+            x=noise.frequency, y=noise.density, name=name, line={"color": NOISE, "dash": "dot"}
+        )
     else:
         level = white_density(result.noise_floor.get(first.name, 0.0), first.time_s)
         ends = [1.0 / max(first.time_s[-1], 1e-9), 0.5 / float(np.median(np.diff(first.time_s)))]

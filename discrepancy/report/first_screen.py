@@ -3,9 +3,10 @@
 from collections.abc import Iterator
 from html import escape
 
+from discrepancy.evaluate import Curve
 from discrepancy.report import figures, sentences
 from discrepancy.report.frame import frame
-from discrepancy.report.plain import called, does, quantity_name
+from discrepancy.report.plain import called, does, parameter_meaning, quantity_name
 from discrepancy.report.thin import worst_stretch
 from discrepancy.result import GapResult
 
@@ -37,7 +38,8 @@ def _facts(result: GapResult) -> Iterator[tuple[str, str]]:
 def _missing(result: GapResult) -> str:
     found = []
     for name in result.effects:
-        values = sentences.effect_values(name, result)
+        known = sentences.effect_values(name, result)
+        values = ", ".join(f"{parameter_meaning(name, key)} {value}" for key, value in known.items())
         found.append(
             f"<b>{escape(_capital(called(name)))}</b>: {escape(does(name))}."
             f'<br><span class="sub">{escape(_capital(values))}</span>'
@@ -90,7 +92,7 @@ def _picture(result: GapResult) -> str:
     pairs = list(zip(result.steps[0].curves, result.steps[-1].curves, strict=True))
     if not pairs:
         return "<p>No curves were kept.</p>"
-    pair = max(pairs, key=lambda p: _worst_error(p[0].measured - p[0].simulated, p[0].measured))
+    pair = max(pairs, key=lambda p: _relative_error(p[0]))
     span = worst_stretch(pair[0])
     name, quantity = sentences.record_name(pair[0].label), quantity_name(pair[0].name)
     when = f"from {span[0]:.3g} to {span[1]:.3g} s of {name}"
@@ -101,8 +103,9 @@ def _picture(result: GapResult) -> str:
     return frame(figures.stretch(result, pair, span), HERO, alt, caption)
 
 
-def _worst_error(error: figures.np.ndarray, measured: figures.np.ndarray) -> float:  # type: ignore[type-arg]  # any float array
-    return float(error.std() / max(float(measured.std()), 1e-300))
+def _relative_error(curve: Curve) -> float:
+    error = curve.measured - curve.simulated
+    return float(error.std() / max(float(curve.measured.std()), 1e-300))
 
 
 def _capital(text: str) -> str:

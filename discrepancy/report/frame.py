@@ -10,7 +10,12 @@ MEASURED, BEFORE, AFTER, NOISE = "#64748b", "#e8590c", "#1c7ed6", "#2f9e44"
 """Readable on white and on dark paper alike, and apart from each other for the colour-blind."""
 PALETTE = (AFTER, BEFORE, NOISE, "#9c36b5", "#0c8599", "#a6691b")
 CLEAR = "rgba(0,0,0,0)"
-_CONFIG = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["lasso2d", "select2d"]}
+_CONFIG = {
+    "displaylogo": False,
+    "responsive": True,
+    "displayModeBar": "hover",
+    "modeBarButtonsToRemove": ["lasso2d", "select2d", "autoScale2d", "zoomIn2d", "zoomOut2d"],
+}
 
 
 def dress(figure: go.Figure, x: str, y: str, height: int = 340) -> go.Figure:
@@ -20,14 +25,20 @@ def dress(figure: go.Figure, x: str, y: str, height: int = 340) -> go.Figure:
         paper_bgcolor=CLEAR,
         plot_bgcolor=CLEAR,
         height=height,
-        margin={"l": 64, "r": 16, "t": 34, "b": 48},
+        margin={"l": 64, "r": 16, "t": 52, "b": 48},
         font={"family": "system-ui, sans-serif", "size": 13},
         legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0, "title": {"text": ""}},
         hovermode="closest",
         modebar={"bgcolor": CLEAR, "color": "#808080", "activecolor": AFTER},
         colorway=list(PALETTE),
     )
-    axis = {"showgrid": True, "gridcolor": "#808080", "zeroline": False, "ticks": "outside", "linecolor": "#808080"}
+    axis = {
+        "showgrid": True,
+        "gridcolor": "#808080",
+        "zeroline": False,
+        "ticks": "outside",
+        "linecolor": "#808080",
+    }
     figure.update_xaxes(**axis)
     figure.update_yaxes(**axis)
     figure.update_xaxes(title_text=x, selector=-1)
@@ -39,6 +50,7 @@ def frame(figure: go.Figure, key: str, alt: str, caption: str = "", tools: str =
     """Return a figure as HTML.
 
     Args:
+        figure: dressed.
         key: unique on the page; the same input gives the same page.
         alt: what the picture shows, for screen readers.
         caption: how to read it, plain text.
@@ -46,7 +58,9 @@ def frame(figure: go.Figure, key: str, alt: str, caption: str = "", tools: str =
     """
     drawn = pio.to_html(figure, full_html=False, include_plotlyjs=False, div_id=key, config=_CONFIG)
     words = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
-    return f'<figure>{tools}<div role="img" aria-label="{escape(alt, quote=True)}">{drawn}</div>{words}</figure>'
+    return (
+        f'<figure>{tools}<div role="img" aria-label="{escape(alt, quote=True)}">{drawn}</div>{words}</figure>'
+    )
 
 
 def zoom_buttons(key: str, spans: Sequence[tuple[str, tuple[float, float]]]) -> str:

@@ -26,7 +26,8 @@ def shares(before: Sequence[Place], after: Sequence[Place], left: float) -> go.F
     """Show for each place which share of the disagreement a curve over its variable predicts.
 
     Args:
-        before, after: places of the base and of the extended model; the latter may be empty.
+        before: places of the base model.
+        after: places of the extended model, may be empty.
         left: part of the base model's squared error that the extended model leaves: its shares count that much.
     """
     order = sorted(before, key=lambda place: place.share)
@@ -41,7 +42,12 @@ def shares(before: Sequence[Place], after: Sequence[Place], left: float) -> go.F
             y=labels, x=[100.0 * v for v in values], name=name, orientation="h", marker={"color": colour},
             text=[f"{100 * v:.0f} %" for v in values], textposition="outside", cliponaxis=False,
         )  # fmt: skip
-    dress(figure, "share of the disagreement that a curve over this variable predicts, %", "", 90 + 44 * len(order))
+    dress(
+        figure,
+        "share of the disagreement that a curve over this variable predicts, %",
+        "",
+        90 + 44 * len(order),
+    )
     figure.update_layout(legend={"traceorder": "reversed"})
     figure.update_xaxes(range=[0, 108])
     figure.update_yaxes(automargin=True, showgrid=False)
@@ -56,13 +62,13 @@ def curves(places: Sequence[Place], torque_unit: str, output: str) -> go.Figure 
     titles = [f"{short_place(p)}: {100 * p.share:.0f} %" for p in drawn]
     rows = (len(drawn) + 1) // 2
     figure = make_subplots(
-        rows=rows, cols=2, subplot_titles=titles, vertical_spacing=0.32 / rows, horizontal_spacing=0.14
+        rows=rows, cols=2, subplot_titles=titles, vertical_spacing=0.5 / rows, horizontal_spacing=0.14
     )
     for k, place in enumerate(drawn):
         x, y = zip(*place.shape, strict=True)
         where = {"row": k // 2 + 1, "col": k % 2 + 1}
         figure.add_scatter(x=x, y=y, mode="lines+markers", line={"color": BEFORE}, showlegend=False, **where)
-    dress(figure, "", "", 40 + 250 * rows)
+    dress(figure, "", "", 60 + 270 * rows)
     for k, place in enumerate(drawn):
         where = {"row": k // 2 + 1, "col": k % 2 + 1}
         unit = output_unit(output) if place.port is Port.SENSOR else torque_unit

@@ -10,7 +10,7 @@ from discrepancy.report import figures, law_figures, tables
 from discrepancy.report.first_screen import first_screen
 from discrepancy.report.frame import frame, zoom_buttons
 from discrepancy.report.plain import called, quantity_name
-from discrepancy.report.sentences import place_words, record_name, region_words, unknown_words
+from discrepancy.report.sentences import floor_doubts, place_words, record_name, region_words, unknown_words
 from discrepancy.report.style import SCRIPT, STYLE
 from discrepancy.report.thin import worst_stretch
 from discrepancy.result import GapResult
@@ -67,7 +67,8 @@ def _residual_map(result: GapResult) -> str:
     listed = "; ".join(f"{place_words(p)}: {100 * p.share:.0f} %" for p in before)
     words = (
         f"<p>Before anything was added, the strongest trace is {escape(place_words(before[0]))} "
-        f"({escape(region_words(before[0]))}). Several traces may show the same error: variables move together.</p>"
+        f"({escape(region_words(before[0]))}). Several traces may show the same error, because the variables "
+        "move together; a trace is a hint, and names are given only by fitting every effect.</p>"
     )
     parts = [words, frame(
         law_figures.shares(before, after, _left(result)), "shares", f"Shares of the disagreement. {listed}.",
@@ -96,7 +97,7 @@ def _staircase(result: GapResult) -> str:
     )
     caption = (
         "Error on test records, which were not used for fitting. The axis is logarithmic. "
-        "The dotted line is the noise of the measurement: no model can get below it by more than chance."
+        "The dotted line is the noise of the measurement, as far as the records show it."
     )
     drawn = frame(figures.staircase(result), "stairs-figure", f"Error on test data. {alt}.", caption)
     return drawn + tables.score_table(result)
@@ -111,8 +112,8 @@ def _laws(result: GapResult) -> str:
             alt = f"{step.law.y_name} over {step.law.x_name}: measured means with error bars, and the law of {name}."
             caption = (
                 f"Dots: what the model without {name} leaves, as measured on the training records and averaged; "
-                "bars: 95 % intervals of these means. Line: the fitted law; band: 95 %, from the errors of its parameters. "
-                "Samples at rest are left out."
+                "bars: 95 % intervals of these means. Line: the fitted law; band: 95 %, from the "
+                "errors of its parameters. Samples at rest are left out."
             )
             parts.append(frame(law_figures.law(step.law, name), f"law-{k}", alt, caption))
         parts.append(tables.effect_details(step))
@@ -157,9 +158,13 @@ def _curves(result: GapResult) -> str:
         alt = f"{name}, measured and simulated over time, and the errors below."
         caption = "Above: the signals. Below: the errors; the band holds 95 % of pure measurement noise."
         tools = zoom_buttons(key, [("Whole record", whole), ("Worst stretch", span)])
-        parts.append(f"<h3>{escape(name)}</h3>" + frame(figures.over_time(result, pair), key, alt, caption, tools))
+        parts.append(
+            f"<h3>{escape(name)}</h3>" + frame(figures.over_time(result, pair), key, alt, caption, tools)
+        )
         alt = f"{name}, spectrum of the error before and after, and of the noise."
-        caption = "Where the curve lies on the noise, the model has nothing left to explain at that frequency."
+        caption = (
+            "Where the curve lies on the noise, the model has nothing left to explain at that frequency."
+        )
         parts.append(frame(figures.spectra(result, pair), f"spectrum-{k}", alt, caption))
     return "".join(parts) or "<p>No curves were kept.</p>"
 
@@ -180,7 +185,7 @@ def _rejected(result: GapResult) -> str:
 
 
 def _notes(result: GapResult) -> str:
-    notes = list(result.notes)
+    notes = [*result.notes, *(text[:1].upper() + text[1:] + "." for text in floor_doubts(result))]
     if result.base_model.judge_by is Judge.TORQUE:
         notes.append("Judged by torque: measured motion, the torque it needs compared with the motor's.")
     for output, floor in result.noise_floor.items():

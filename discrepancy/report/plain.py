@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
+from discrepancy.effects.table import EFFECTS
+
 PLAIN: Mapping[str, tuple[str, str]] = {
     "coulomb_friction": (
         "dry (Coulomb) friction",
@@ -51,14 +53,23 @@ PLAIN: Mapping[str, tuple[str, str]] = {
     "current_loop_lag": ("a slow current loop", "the current follows its reference only gradually"),
     "current_saturation": ("a current limit", "the current stops at a limit below what is asked"),
     "inverter_dead_time": ("inverter dead time", "a little current is lost around each zero crossing"),
-    "current_sensor_offset": ("an offset of the current sensor", "the sensor shows current where there is none"),
+    "current_sensor_offset": (
+        "an offset of the current sensor",
+        "the sensor shows current where there is none",
+    ),
     "current_sensor_gain": ("a wrong gain of the current sensor", "the sensor's scale is off"),
     "potentiometer_nonlinearity": (
         "a nonlinear potentiometer",
         "the angle reading bends away from the true angle along the travel",
     ),
-    "speed_filter_lag": ("a lag of the speed signal", "the speed reading follows the true speed only gradually"),
-    "rectified_speed_sensor": ("a speed sensor without sign", "the sensor shows the magnitude of the speed only"),
+    "speed_filter_lag": (
+        "a lag of the speed signal",
+        "the speed reading follows the true speed only gradually",
+    ),
+    "rectified_speed_sensor": (
+        "a speed sensor without sign",
+        "the sensor shows the magnitude of the speed only",
+    ),
 }
 
 _QUANTITIES: Mapping[str, str] = {
@@ -91,6 +102,11 @@ def called_together(entry: str | Sequence[str]) -> str:
 def quantity_name(column: str) -> str:
     """Return what a column (`speed_rad_s`) measures, in words; the column's own name if it is foreign."""
     return next((word for start, word in _QUANTITIES.items() if column.startswith(start)), column)
+
+
+def parameter_meaning(effect: str, name: str) -> str:
+    """Return what a parameter of an effect means, from the catalogue."""
+    return next((p.meaning for p in EFFECTS[effect].parameters if p.name == name), parameter_name(name))
 
 
 def parameter_name(name: str) -> str:

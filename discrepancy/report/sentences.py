@@ -11,6 +11,8 @@ from discrepancy.report import numbers
 from discrepancy.report.plain import called, called_together, join_words, parameter_name, quantity_name
 from discrepancy.result import GapResult, ResultStep
 
+FLOOR_DOUBT = 0.7
+"""An error below this part of the noise floor says that the floor is wrong."""
 _LABEL = re.compile(r"^(train|test)\[(\d+)\]$")
 _PORTS = {
     Port.TORQUE: "a torque",
@@ -105,11 +107,22 @@ def closed_words(result: GapResult) -> str | None:
     return f"{numbers.percent(result.gap_closed)} of the gap is closed"
 
 
-def effect_values(name: str, result: GapResult) -> str:
-    """Return the fitted values of an effect of the final model as one line."""
+def effect_values(name: str, result: GapResult) -> dict[str, str]:
+    """Return the fitted values of an effect of the final model with errors and units, by parameter."""
     term = next((t for t in result.terms if t.id == name), None)
-    known = {} if term is None else term.parameters
-    return ", ".join(f"{parameter_name(key)} {numbers.quantity(q)}" for key, q in known.items())
+    return {} if term is None else {key: numbers.quantity(q) for key, q in term.parameters.items()}
+
+
+def floor_doubts(result: GapResult) -> Iterator[str]:
+    """Yield a warning for each output whose error is far below what was taken for its noise."""
+    for output, score in result.steps[-1].test.items():
+        floor, unit = result.noise_floor.get(output, 0.0), numbers.output_unit(output)
+        if score.rmse < FLOOR_DOUBT * floor:
+            yield (
+                f"the error of the {quantity_name(output)} on the test data, {_error(score.rmse, unit)}, is well "
+                f"below the noise floor of {_error(floor, unit)}: the floor is estimated too high (the noise is not "
+                "white, or it is smaller in the test record), so the true gap is larger than stated"
+            )
 
 
 def equivalent_words(result: GapResult) -> Iterator[tuple[str, str]]:
@@ -146,5 +159,9 @@ def experiment_words(result: GapResult) -> str | None:
 def _setting(key: str, value: object) -> str:
     name, _, unit = key.rpartition("_")
     if name and unit in ("A", "s", "Hz"):
-        return f"{name.replace('_', ' ')} {value:g} {unit}" if isinstance(value, float) else f"{name} {value} {unit}"
+        return (
+            f"{name.replace('_', ' ')} {value:g} {unit}"
+            if isinstance(value, float)
+            else f"{name} {value} {unit}"
+        )
     return f"{key.replace('_', ' ')} {value}"

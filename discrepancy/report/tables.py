@@ -6,7 +6,7 @@ from html import escape
 from discrepancy.effects.table import EFFECTS
 from discrepancy.model.schema import Quantity
 from discrepancy.report import numbers
-from discrepancy.report.plain import called, does, parameter_name
+from discrepancy.report.plain import called, does, parameter_meaning, parameter_name
 from discrepancy.report.sentences import place_words, region_words
 from discrepancy.result import GapResult, ResultStep
 
@@ -28,7 +28,13 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], right: frozenset[i
 def parameter_table(result: GapResult) -> str:
     """Return all parameters, one column a step: nameplate, recalibrated, and after each effect."""
     steps = result.steps
-    head = ["parameter", "unit", "nameplate", "recalibrated", *(f"+ {called(str(s.added))}" for s in steps[1:])]
+    head = [
+        "parameter",
+        "unit",
+        "nameplate",
+        "recalibrated",
+        *(f"+ {called(str(s.added))}" for s in steps[1:]),
+    ]
     rows = []
     for name, plate in result.base_model.parameters.items():
         cells = [_value(step.base.get(name), "held") for step in steps]
@@ -42,7 +48,14 @@ def parameter_table(result: GapResult) -> str:
             plate_value = given.get(effect, {}).get(key)
             first = "" if plate_value is None else numbers.significant(plate_value.value, 4)
             cells = [_value(q, "") for q in values]
-            rows.append([f"{escape(called(effect))}: {escape(parameter_name(key))}", _unit(known), first, *cells])
+            rows.append(
+                [
+                    f"{escape(called(effect))}: {escape(parameter_meaning(effect, key))}",
+                    _unit(known),
+                    first,
+                    *cells,
+                ]
+            )
     return table(head, rows, frozenset(range(2, len(head))))
 
 
@@ -66,10 +79,18 @@ def score_table(result: GapResult) -> str:
             rows.append(
                 [
                     escape(name), escape(output), f"{numbers.significant(score.rmse)} {escape(unit)}",
-                    numbers.percent(score.nrmse), _gap(score.gap, floor, unit), numbers.percent(step.train[output].nrmse),
+                    numbers.percent(score.nrmse), _gap(score.gap, floor, unit),
+                    numbers.percent(step.train[output].nrmse),
                 ]
             )  # fmt: skip
-    head = ["model", "output", "test: rms error", "of the signal", "gap beyond noise", "training: of the signal"]
+    head = [
+        "model",
+        "output",
+        "test: rms error",
+        "of the signal",
+        "gap beyond noise",
+        "training: of the signal",
+    ]
     return table(head, rows, frozenset({2, 3, 4, 5}))
 
 
@@ -83,12 +104,17 @@ def effect_details(step: ResultStep) -> str:
     """Return what the catalogue says of the effect of a step, and where the model before it was wrong."""
     name = str(step.added)
     effect = EFFECTS[name]
-    places = "; ".join(
-        f"{place_words(p)}, {region_words(p)}, {100 * p.share:.0f} % of the disagreement" for p in step.where
+    seen = ", ".join(
+        f"as {place_words(p)} ({region_words(p)}): {100 * p.share:.0f} %"
+        for p in step.where
+        if p.share >= 0.01
     )
+    before = f"In the model before it the disagreement showed {seen}. " if seen else ""
     evidence = step.evidence
     proof = ""
-    if isinstance(evidence.get("held_out_gain"), float) and isinstance(evidence.get("closed_in_noise"), float):
+    if isinstance(evidence.get("held_out_gain"), float) and isinstance(
+        evidence.get("closed_in_noise"), float
+    ):
         proof = (
             f"<p>It predicts data that were left out of the fit better by {evidence['held_out_gain']:.0f} "
             "noise variances (30 would be needed by chance among all that was tried) and closes an error of "
@@ -96,7 +122,7 @@ def effect_details(step: ResultStep) -> str:
         )
     return (
         f"<p>{escape(does(name)[:1].upper() + does(name)[1:])}. Equation: <code>{escape(effect.equation)}</code></p>"
-        f"{proof}<p class=sub>The model before it was wrong by {escape(places)}. Reference: {escape(effect.reference)}.</p>"
+        f"{proof}<p class=sub>{escape(before)}Reference: {escape(effect.reference)}.</p>"
     )
 
 
@@ -105,18 +131,26 @@ def rejected_table(result: GapResult) -> str:
     if not result.rejected:
         return "<p>No other effect came near enough to be judged.</p>"
     rows = [
-        [str(r.round + 1), escape(called(r.id)), f"{r.fall:.0f}", f"{r.closed:.3g}", escape(r.reason)]
+        [str(r.round + 1), escape(called(r.id)), _whole(r.fall), _small(r.closed), escape(r.reason)]
         for r in result.rejected
     ]
     head = ["round", "effect", "gain on left-out data", "error closed, in noise", "why not"]
     return table(head, rows, frozenset({0, 2, 3}))
 
 
+def _whole(value: float) -> str:
+    return f"{value:.0f}" if abs(value) >= 0.5 else "0"
+
+
+def _small(value: float) -> str:
+    return numbers.significant(value, 2) if value >= 0.001 else "below 0.001"
+
+
 def detectable_table(result: GapResult) -> str:
     """Return how small each effect would have been seen."""
     rows = [
         [
-            escape(called(one.id)), escape(parameter_name(one.parameter)),
+            escape(called(one.id)), escape(parameter_meaning(one.id, one.parameter)),
             f"{numbers.significant(one.size, 2)} {escape(numbers.pretty_unit(one.unit))}",
         ]
         for one in sorted(result.pictures.detectable, key=lambda one: called(one.id))
