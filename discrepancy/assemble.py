@@ -1,14 +1,13 @@
 """Make the answer of what the search accepted: parameters with errors, figures at full rate, the extended model."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from discrepancy.data.repeats import find_repeats
 from discrepancy.effects.spec import Port
 from discrepancy.effects.table import EFFECTS
-from discrepancy.evaluate import Scorer, score_curves
+from discrepancy.evaluate import Curve, Scorer, score_curves
 from discrepancy.fitting.parameters import BASE, NUISANCES
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
@@ -109,18 +108,24 @@ def column_names(model: JointModel) -> dict[str, str]:
     }
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scored:
+    """Curves of one model at full rate."""
+
+    train: Sequence[Curve]
+    test: Sequence[Curve]
+
+
 def result_step(
     problem: SimulationProblem,
-    scorer: Scorer,
     model: JointModel,
     step: Step,
     before: Step | None,
+    curves: Scored,
     floor: dict[str, float],
 ) -> ResultStep:
-    """Score one accepted model at full rate and say where the one before it disagreed."""
+    """Give the figures of one accepted model and say where the one before it disagreed."""
     values = quantities(problem, step.state, model)
-    curves = scorer.test(step.state.fit.vector)
-    trained = scorer.train(step.state.fit.vector)
     owner = step.added or BASE
     located = step if before is None else before
     places = locate(
@@ -136,9 +141,9 @@ def result_step(
         equivalents=step.equivalents,
         where=tuple(first),
         evidence=evidence,
-        train=score_curves(trained, floor),
-        test=score_curves(curves, floor),
-        curves=tuple(curves),
+        train=score_curves(curves.train, floor),
+        test=score_curves(curves.test, floor),
+        curves=tuple(curves.test),
         base={name: q for (own, name), q in values.items() if own == BASE and name not in NUISANCES},
         terms={
             term: {name: q for (own, name), q in values.items() if own == term} for term in step.state.present
@@ -148,13 +153,12 @@ def result_step(
 
 
 def make_pictures(
-    outcome: SearchOutcome, scorer: Scorer, model: JointModel, floor: dict[str, float]
+    outcome: SearchOutcome, trained: Sequence[Curve], model: JointModel, floor: dict[str, float]
 ) -> Pictures:
     """Return what the report draws beyond the steps."""
     problem, last = outcome.problem, outcome.steps[-1].state
     series = problem.series
-    pairs = [(series[i].label, series[k].label) for i, k in find_repeats(series)]
-    repeated = () if outcome.is_torque or not pairs else scorer.train(last.fit.vector)
+    repeated = () if outcome.is_torque else trained
     places = locate(series, residual_parts(problem, last), last.fit.vector, column_names(model))
     unknown = outcome.unknown
     detectable: tuple[Detectable, ...] = ()
@@ -162,7 +166,7 @@ def make_pictures(
         ratio = float(np.mean([(floor[name] / sigma) ** 2 for name, sigma in problem.noise.sigma.items()]))
         detectable = detectable_effects(problem, last, SearchOptions(), ratio)
     return Pictures(
-        noise=noise_spectra(repeated, pairs), left=tuple(places), detectable=detectable,
+        noise=noise_spectra(repeated, series), left=tuple(places), detectable=detectable,
         unknown=None if unknown is None else law_maker(outcome, model).nameless(unknown),
     )  # fmt: skip
 
@@ -215,11 +219,14 @@ def assemble(
     model: JointModel, outcome: SearchOutcome, scorer: Scorer, floor: dict[str, float], notes: Sequence[str]
 ) -> GapResult:
     """Return the answer."""
-    steps = []
-    for i, step in enumerate(outcome.steps):
-        steps.append(
-            result_step(outcome.problem, scorer, model, step, outcome.steps[i - 1] if i else None, floor)
-        )
+    scored = [
+        Scored(train=scorer.train(step.state.fit.vector), test=scorer.test(step.state.fit.vector))
+        for step in outcome.steps
+    ]
+    steps = [
+        result_step(outcome.problem, model, step, before, curves, floor)
+        for step, before, curves in zip(outcome.steps, (None, *outcome.steps), scored, strict=False)
+    ]
     laws = law_maker(outcome, model)
     steps = [step if step.added is None else replace(step, law=laws.named(step.added)) for step in steps]
     last = outcome.steps[-1]
@@ -241,5 +248,5 @@ def assemble(
         rejected=rejected_candidates(outcome, SearchOptions()),
         notes=tuple(notes) + outcome.notes,
         terms=new.effects,
-        pictures=make_pictures(outcome, scorer, model, floor),
+        pictures=make_pictures(outcome, scored[-1].train, model, floor),
     )

@@ -12,6 +12,9 @@ IntArray = NDArray[np.int64]
 
 CELLS = 36
 FEWEST = 25
+MANY_BLOCKS = 4
+_MEDIAN_OF_SQUARE = 0.455
+"""Median of a squared standard normal number: outlying blocks must not widen every interval."""
 _SIGMAS = 1.96
 
 
@@ -60,12 +63,25 @@ def bin_samples(samples: Samples, edges: FloatArray | None = None) -> Cells:
     count = np.bincount(place, minlength=size).astype(np.float64)
     sums = np.zeros((int(samples.block.max()) + 1, size))
     np.add.at(sums, (samples.block, place), rest)
-    # In a cell that one block fills the blocks' sums vanish: never below what independent samples would give.
+    shares = np.zeros_like(sums)
+    np.add.at(shares, (samples.block, place), samples.per**2)
+    # Never below what independent samples would give, nor below what blocks differ by elsewhere: the sum over a cell
+    # that one block fills is zero, whatever the noise.
     variance = np.maximum((sums**2).sum(axis=0), np.bincount(place, rest**2, size)) / safe**2
+    variance = np.maximum(variance, _block_variance(sums, shares) / np.maximum((shares > 0).sum(axis=0), 1))
     middle = np.bincount(place, samples.x, size) / np.maximum(count, 1.0)
     middle = np.where(count > 0, middle, 0.5 * (chosen[1:] + chosen[:-1]))
     cells = Binned(x=middle, mean=mean, error=_SIGMAS * np.sqrt(variance), count=count)
     return Cells(cells=cells, edges=chosen)
+
+
+def _block_variance(sums: FloatArray, shares: FloatArray) -> float:
+    """Return by how much the coefficient of one block differs from its cell's, squared, over cells of many blocks."""
+    filled = shares > 0
+    trusted = filled & (filled.sum(axis=0) >= MANY_BLOCKS)
+    if not trusted.any():
+        return 0.0
+    return float(np.median((sums[trusted] / shares[trusted]) ** 2) / _MEDIAN_OF_SQUARE)
 
 
 def cell_edges(x: FloatArray) -> FloatArray:

@@ -111,7 +111,11 @@ def _smallest(
         if other.name in TWINS and other.name != parameter:
             full[other.slot] = 0.0
     free = sum(1 for p in effect.parameters if p.free)
-    need = max(options.alarm + options.per_parameter * free, options.material_noise**2 * base.size * bin_size)
+    noise = [problem.noise.sigma[c.name] * np.sqrt(bin_size) for c in problem.series[0].channels]
+    sizes = [float(np.std(c.values)) for c in problem.series[0].channels]
+    signal = float(np.sqrt(np.mean([(size / sigma) ** 2 for size, sigma in zip(sizes, noise, strict=True)])))
+    visible = max(options.material_noise, options.material_signal * signal)
+    need = max(options.alarm + options.per_parameter * free, visible**2 * problem.counted * bin_size)
 
     def seen(size: float) -> bool:
         vector = full.copy()

@@ -1,5 +1,7 @@
 """Figures over time and frequency, and the staircase of the gap: each function returns one."""
 
+from textwrap import wrap
+
 import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
@@ -100,8 +102,8 @@ def spectra(result: GapResult, curves: tuple[Curve, Curve]) -> go.Figure:
 
 def staircase(result: GapResult) -> go.Figure:
     """Show the error on test data, model by model, down to the noise floor; a logarithmic axis."""
-    names = ["base model,<br>recalibrated", *(f"+ {called(str(step.added))}" for step in result.steps[1:])]
-    names = [name.replace(" (", "<br>(") for name in names]
+    labels = ["base model, recalibrated", *(f"+ {called(str(step.added))}" for step in result.steps[1:])]
+    names = ["<br>".join(wrap(label, 19)) for label in labels]
     figure = go.Figure()
     for k, (output, first) in enumerate(result.steps[0].test.items()):
         signal = first.rmse / max(first.nrmse, 1e-300)
@@ -121,7 +123,7 @@ def staircase(result: GapResult) -> go.Figure:
             )  # fmt: skip
     dress(figure, "", "rms error on test data, % of the signal")
     figure.update_yaxes(type="log", dtick="D2", range=_log_range(figure))
-    figure.update_xaxes(range=[-0.5, len(names) - 0.5])
+    figure.update_xaxes(range=[-0.5, len(names) - 0.5], tickangle=0, automargin=True)
     return figure
 
 

@@ -6,7 +6,7 @@ from html import escape
 from discrepancy.evaluate import Curve
 from discrepancy.report import figures, sentences
 from discrepancy.report.frame import frame
-from discrepancy.report.plain import called, does, parameter_meaning, quantity_name
+from discrepancy.report.plain import called, does, quantity_name
 from discrepancy.report.thin import worst_stretch
 from discrepancy.result import GapResult
 
@@ -36,22 +36,29 @@ def _facts(result: GapResult) -> Iterator[tuple[str, str]]:
 
 
 def _missing(result: GapResult) -> str:
-    found = []
-    for name in result.effects:
-        known = sentences.effect_values(name, result)
-        values = ", ".join(f"{parameter_meaning(name, key)} {value}" for key, value in known.items())
-        found.append(
-            f"<b>{escape(_capital(called(name)))}</b>: {escape(does(name))}."
-            f'<br><span class="sub">{escape(_capital(values))}</span>'
-        )
+    found = [_named(name, result) for name in result.effects]
     if result.unknown is not None:
-        found.append(f"<b>Something without a name.</b> {escape(sentences.unknown_words(result.unknown))}")
+        shape = f"<b>Something without a name.</b> {escape(sentences.unknown_words(result.unknown))}"
+        doubt = (
+            "<p>Beside it these laws describe the data best so far; they may be wrong:</p>" if found else ""
+        )
+        return f"{shape}{doubt}{_items(found) if found else ''}"
     if not found:
         return (
             "Nothing that these records could show. How small an effect they would have shown stands "
             '<a href="#seen">below</a>.'
         )
     return _items(found)
+
+
+def _named(name: str, result: GapResult) -> str:
+    values = ", ".join(
+        f"{meaning} {value}" for meaning, value in sentences.known_values(name, result).items()
+    )
+    return (
+        f"<b>{escape(_capital(called(name)))}</b>: {escape(does(name))}."
+        f'<br><span class="sub">{escape(_capital(values))}</span>'
+    )
 
 
 def _size(result: GapResult) -> str:

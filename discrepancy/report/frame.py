@@ -36,6 +36,7 @@ def dress(figure: go.Figure, x: str, y: str, height: int = 340) -> go.Figure:
         "showgrid": True,
         "gridcolor": "#808080",
         "zeroline": False,
+        "title_standoff": 8,
         "ticks": "outside",
         "linecolor": "#808080",
     }

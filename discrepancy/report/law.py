@@ -27,10 +27,12 @@ from discrepancy.report.views import VIEWS, Signal, View, signal_of
 from discrepancy.search.state import State
 from discrepancy.simulation import slots as s
 from discrepancy.simulation.kernels.inverse import torque_record
+from discrepancy.simulation.kernels.smoothing import smooth_speed
 
 FloatArray = NDArray[np.float64]
 
 SMOOTH_S = 0.01
+EDGE_S = 0.05
 REST_SHARE = 0.02
 """Below this part of the largest speed a joint counts as resting."""
 BLOCK_S = 2.0
@@ -60,7 +62,7 @@ class LawMaker:
         view, full = VIEWS[name], self.state.fit.vector
         bare = clear_effect(full, EFFECTS[name])
         points = bin_samples(self._samples(view, bare, None))
-        if view.exact:
+        if view.exact and all(EFFECTS[other].inverse for other in self.state.present):
             law_x = _grid(points.x)
             law = self._with_band(name, lambda vector: _pure_law(vector, name, law_x, view.x))
         else:
@@ -69,10 +71,12 @@ class LawMaker:
             law = self._with_band(
                 name, lambda vector: bin_samples(self._samples(view, bare, vector), edges).cells.mean
             )
+        drawn = np.all([np.isfinite(part) for part in law if part.size], axis=0)
         x_name, x_unit, y_unit = self._titles(view)
         return LawPicture(
             x_name=x_name, x_unit=x_unit, y_name=view.what, y_unit=y_unit, points=points.cells,
-            law_x=law_x, law=law[0], low=law[1], high=law[2],
+            law_x=law_x[drawn], law=law[0][drawn],
+            low=law[1][drawn] if law[1].size else law[1], high=law[2][drawn] if law[2].size else law[2],
         )  # fmt: skip
 
     def nameless(self, place: Place) -> LawPicture:
@@ -125,7 +129,7 @@ class LawMaker:
             speed = measured_speed(one)
             if simulated is not None and channel.row == SPEED:
                 speed = values
-            signals = _signals(one, speed)
+            signals = _signals(one, speed, float(bare[s.OUTPUT_SMOOTHING]))
             y = values - left_out[k][channel.row]
             if channel.row != TORQUE and not view.output:
                 y = _missing(one, signals, bare)
@@ -133,10 +137,14 @@ class LawMaker:
         return _join(parts, view)
 
 
-def _signals(one: Series, speed: FloatArray) -> dict[Signal, FloatArray]:
+def _signals(one: Series, speed: FloatArray, smoothing_s: float) -> dict[Signal, FloatArray]:
+    """Return all signals smoothed alike; the speed column was smoothed once before, the input was not."""
     width = max(0.5, SMOOTH_S / one.step)
     smooth = np.asarray(gaussian_filter1d(speed, width))
-    current = np.asarray(gaussian_filter1d(one.input, width))
+    current = one.input.copy()
+    if smoothing_s > 0.0:
+        smooth_speed(current, one.windows, one.step, smoothing_s)
+    current = np.asarray(gaussian_filter1d(current, width))
     found = {
         Signal.SPEED: smooth,
         Signal.INPUT: current,
@@ -164,6 +172,7 @@ def _join(parts: Sequence[tuple[Series, dict[Signal, FloatArray], FloatArray]], 
     offset = 0
     for one, signals, y in parts:
         keep = (np.abs(signals[Signal.SPEED]) > REST_SHARE * top) & (one.channels[0].weight > 0)
+        keep &= _inside(one)
         block = offset + (one.time_s / BLOCK_S).astype(np.int64)
         offset = int(block[-1]) + 1
         xs.append(signals[view.x][keep])
@@ -173,6 +182,15 @@ def _join(parts: Sequence[tuple[Series, dict[Signal, FloatArray], FloatArray]], 
     return Samples(
         x=np.concatenate(xs), y=np.concatenate(ys), per=np.concatenate(zs), block=np.concatenate(blocks)
     )
+
+
+def _inside(one: Series) -> NDArray[np.bool_]:
+    """Return which samples are far enough from the ends of a window for their smoothing, shape (n,)."""
+    margin = 2 + round(EDGE_S / one.step)
+    inside = np.zeros(one.n, dtype=np.bool_)
+    for a, b in one.edges:
+        inside[a + margin : max(a + margin, b - margin)] = True
+    return inside
 
 
 def _grid(x: FloatArray) -> FloatArray:

@@ -44,7 +44,7 @@ def shares(before: Sequence[Place], after: Sequence[Place], left: float) -> go.F
         )  # fmt: skip
     dress(
         figure,
-        "share of the disagreement that a curve over this variable predicts, %",
+        "share of the error, %",
         "",
         90 + 44 * len(order),
     )
@@ -65,7 +65,9 @@ def curves(places: Sequence[Place], torque_unit: str, output: str) -> go.Figure 
         rows=rows, cols=2, subplot_titles=titles, vertical_spacing=0.5 / rows, horizontal_spacing=0.14
     )
     for k, place in enumerate(drawn):
-        x, y = zip(*place.shape, strict=True)
+        x, missing = zip(*place.shape, strict=True)
+        # A law opposes the motion; what is missing drives it. Drawn is the load, as in the pictures of the laws.
+        y = missing if place.port is Port.SENSOR else tuple(-v for v in missing)
         where = {"row": k // 2 + 1, "col": k % 2 + 1}
         figure.add_scatter(x=x, y=y, mode="lines+markers", line={"color": BEFORE}, showlegend=False, **where)
     dress(figure, "", "", 60 + 270 * rows)
@@ -73,9 +75,13 @@ def curves(places: Sequence[Place], torque_unit: str, output: str) -> go.Figure 
         where = {"row": k // 2 + 1, "col": k % 2 + 1}
         unit = output_unit(output) if place.port is Port.SENSOR else torque_unit
         figure.update_xaxes(title_text=_driver_title(place.driver), **where)
-        figure.update_yaxes(title_text=f"missing, {unit}", **where)
+        figure.update_yaxes(title_text=f"{_what(place)}, {unit}", **where)
     figure.update_annotations(font_size=13)
     return figure
+
+
+def _what(place: Place) -> str:
+    return "error" if place.port is Port.SENSOR else "missing load"
 
 
 def _driver_title(driver: str) -> str:

@@ -32,6 +32,11 @@ def significant(value: float, digits: int = 3) -> str:
     return f"{value:.{digits - 1}e}"
 
 
+def trimmed(value: float) -> str:
+    """Return a setting with three digits at most and no trailing zeros."""
+    return f"{value:.3g}"
+
+
 def with_error(value: float, std: float | None) -> str:
     """Return `value ± std`: the error with two digits at most, the value to the same place."""
     if std is None or std <= 0.0 or not math.isfinite(std):

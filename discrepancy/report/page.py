@@ -6,7 +6,7 @@ from html import escape
 from plotly.offline import get_plotlyjs
 
 from discrepancy.model.schema import Judge
-from discrepancy.report import figures, law_figures, tables
+from discrepancy.report import figures, law_figures, numbers, tables
 from discrepancy.report.first_screen import first_screen
 from discrepancy.report.frame import frame, zoom_buttons
 from discrepancy.report.plain import called, quantity_name
@@ -15,6 +15,8 @@ from discrepancy.report.style import SCRIPT, STYLE
 from discrepancy.report.thin import worst_stretch
 from discrepancy.result import GapResult
 
+FAINT_SHARE = 0.05
+"""Below this share a trace is not worth drawing: chance and the noise of the measured speed make as much."""
 Section = tuple[str, str, str]
 """Anchor, title, body as HTML."""
 
@@ -43,7 +45,8 @@ def render_report(result: GapResult) -> str:
 
 def _sections(result: GapResult) -> Iterator[Section]:
     yield "map", "Where the simulation was wrong", _residual_map(result)
-    yield "stairs", "How the gap shrank", _staircase(result)
+    title = "How the gap shrank" if result.steps[1:] else "How large the error is"
+    yield "stairs", title, _staircase(result)
     if result.steps[1:]:
         yield "laws", "What was added", _laws(result)
     if result.unknown is not None:
@@ -66,7 +69,10 @@ def _residual_map(result: GapResult) -> str:
     after = result.pictures.left if len(result.steps) > 1 else ()
     listed = "; ".join(f"{place_words(p)}: {100 * p.share:.0f} %" for p in before)
     words = (
-        f"<p>Before anything was added, the strongest trace is {escape(place_words(before[0]))} "
+        f"<p>No variable explains what is left: at best {numbers.percent(before[0].share)}, by "
+        f"{escape(place_words(before[0]))}.</p>"
+        if before[0].share <= FAINT_SHARE
+        else f"<p>Before anything was added, the strongest trace is {escape(place_words(before[0]))} "
         f"({escape(region_words(before[0]))}). Several traces may show the same error, because the variables "
         "move together; a trace is a hint, and names are given only by fitting every effect.</p>"
     )
@@ -76,7 +82,7 @@ def _residual_map(result: GapResult) -> str:
         "it was not fitted to.",
     )]  # fmt: skip
     curves = law_figures.curves(before, unit, output)
-    if curves is not None:
+    if curves is not None and before[0].share > FAINT_SHARE:
         caption = "What the recalibrated base model misses, over the variables with the largest shares."
         parts.append(frame(curves, "places", f"Curves of the missing torque. {listed}.", caption))
     return "".join(parts)
@@ -99,6 +105,9 @@ def _staircase(result: GapResult) -> str:
         "Error on test records, which were not used for fitting. The axis is logarithmic. "
         "The dotted line is the noise of the measurement, as far as the records show it."
     )
+    if len(result.steps) == 1:
+        words = "Nothing was added. Error and noise on the test records, which were not used for fitting:"
+        return f"<p>{words}</p>{tables.score_table(result)}"
     drawn = frame(figures.staircase(result), "stairs-figure", f"Error on test data. {alt}.", caption)
     return drawn + tables.score_table(result)
 

@@ -7,8 +7,16 @@ from pathlib import PurePath
 
 from discrepancy.effects.spec import Port
 from discrepancy.locate import Place
+from discrepancy.model.schema import Quantity
 from discrepancy.report import numbers
-from discrepancy.report.plain import called, called_together, join_words, parameter_name, quantity_name
+from discrepancy.report.plain import (
+    called,
+    called_together,
+    join_words,
+    parameter_meaning,
+    parameter_name,
+    quantity_name,
+)
 from discrepancy.result import GapResult, ResultStep
 
 FLOOR_DOUBT = 0.7
@@ -23,13 +31,11 @@ _PORTS = {
 
 def headline(result: GapResult) -> str:
     """Return the verdict in one sentence."""
-    names = join_words([called(name) for name in result.effects])
     if result.verdict == "none":
         return "Nothing is missing: the model explains the test data down to the noise."
     if result.verdict == "named":
+        names = join_words([called(name) for name in result.effects])
         return f"The model lacks {names}; with that, nothing that matters is left."
-    if result.effects:
-        return f"The model lacks {names}, and something else that the catalogue of effects does not explain."
     return "Something is missing that no effect of the catalogue explains."
 
 
@@ -48,9 +54,12 @@ def place_words(place: Place) -> str:
 
 
 def region_words(place: Place) -> str:
-    """Return the region of a place as numbers with their unit; where it is everywhere, say so."""
+    """Return the region of a place as numbers with their unit; where it is everywhere, say so.
+
+    The region holds 80 % of what the curve explains.
+    """
     if place.region is None:
-        return "everywhere"
+        return "over its whole range"
     low, high = (numbers.significant(v, 2) for v in place.region)
     return f"mostly from {low} to {high} {numbers.output_unit(place.driver)}".rstrip()
 
@@ -107,6 +116,21 @@ def closed_words(result: GapResult) -> str | None:
     return f"{numbers.percent(result.gap_closed)} of the gap is closed"
 
 
+def known_values(name: str, result: GapResult) -> dict[str, str]:
+    """Return those fitted values of an effect that the data determine, by what the parameter means."""
+    term = next((t for t in result.terms if t.id == name), None)
+    found = {} if term is None else {k: q for k, q in term.parameters.items() if not q.fixed}
+    return {
+        parameter_meaning(name, key): numbers.quantity(q) + (" (poorly known)" if poorly_known(q) else "")
+        for key, q in found.items()
+    }
+
+
+def poorly_known(q: Quantity) -> bool:
+    """Return whether the standard error is larger than half the value."""
+    return q.std is not None and q.std > 0.5 * abs(q.value)
+
+
 def effect_values(name: str, result: GapResult) -> dict[str, str]:
     """Return the fitted values of an effect of the final model with errors and units, by parameter."""
     term = next((t for t in result.terms if t.id == name), None)
@@ -158,10 +182,7 @@ def experiment_words(result: GapResult) -> str | None:
 
 def _setting(key: str, value: object) -> str:
     name, _, unit = key.rpartition("_")
+    shown = numbers.trimmed(value) if isinstance(value, float) else str(value)
     if name and unit in ("A", "s", "Hz"):
-        return (
-            f"{name.replace('_', ' ')} {value:g} {unit}"
-            if isinstance(value, float)
-            else f"{name} {value} {unit}"
-        )
-    return f"{key.replace('_', ' ')} {value}"
+        return f"{name.replace('_', ' ')} {shown} {unit}"
+    return f"{key.replace('_', ' ')} {shown}"

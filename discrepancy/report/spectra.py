@@ -1,16 +1,20 @@
 """Spectra of residuals, and the measured spectrum of the noise where records repeat each other."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
+from discrepancy.data.repeats import find_repeats
+from discrepancy.data.series import Series
 from discrepancy.evaluate import Curve
 from discrepancy.report.pictures import Spectrum
 
 FloatArray = NDArray[np.float64]
 
+MERGED = " = "
 LONGEST_SEGMENT = 16_384
 CELLS = 160
 
@@ -30,15 +34,26 @@ def spectrum(time_s: FloatArray, values: FloatArray) -> Spectrum:
     return Spectrum(frequency=middle, density=np.sqrt(mean))
 
 
-def noise_spectra(curves: Sequence[Curve], pairs: Sequence[tuple[str, str]]) -> dict[str, Spectrum]:
+def repeated_labels(series: Sequence[Series]) -> list[tuple[str, str]]:
+    """Return the labels of whole records that repeat each other, of those too that were averaged into one."""
+    merged = [pair for one in series for pair in pairwise(one.label.split(MERGED))]
+    pairs = [pair for pair in find_repeats(series) if pair.first != pair.second]
+    apart = [(series[pair.first].label, series[pair.second].label) for pair in pairs]
+    return merged + [pair for pair in apart if MERGED not in pair[0] + pair[1]]
+
+
+def noise_spectra(curves: Sequence[Curve], series: Sequence[Series]) -> dict[str, Spectrum]:
     """Return the noise of each output: the difference of the errors of two records with the same input, over sqrt(2).
 
     Args:
-        curves: training curves of the last model.
-        pairs: labels of records that repeat each other.
+        curves: training curves of the last model at full rate.
+        series: the training records as they were fitted; a merged one is labelled `a = b`.
     """
     found: dict[str, Spectrum] = {}
-    for first, second in pairs:
+    known = {curve.label for curve in curves}
+    for first, second in repeated_labels(series):
+        if not {first, second} <= known:
+            continue
         for one in (c for c in curves if c.label == first and c.name not in found):
             other = next(c for c in curves if c.label == second and c.name == one.name)
             n = min(one.time_s.size, other.time_s.size)

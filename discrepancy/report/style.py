@@ -31,9 +31,7 @@ nav{font-size:.92rem;margin:1.4rem 0 0}nav a{margin-right:1rem;white-space:nowra
 button{font:inherit;font-size:.9rem;color:var(--ink);background:var(--box);border:1px solid var(--line);
 border-radius:4px;padding:.2rem .7rem;cursor:pointer}
 a:focus-visible,button:focus-visible,summary:focus-visible{outline:3px solid var(--named);outline-offset:2px}
-.js-plotly-plot .xtick text,.js-plotly-plot .ytick text,.js-plotly-plot .infolayer text,
-.js-plotly-plot .g-gtitle text,.js-plotly-plot .bartext,.js-plotly-plot .textpoint text
-{fill:var(--ink) !important}
+.js-plotly-plot .cartesianlayer text,.js-plotly-plot .infolayer text{fill:var(--ink) !important}
 .js-plotly-plot .gridlayer path{stroke:var(--line) !important}
 @media (max-width:860px){.first{grid-template-columns:minmax(0,1fr)}.verdict{font-size:1.3rem}}
 @media print{:root{color-scheme:light;--paper:#fff;--ink:#000;--quiet:#333;--line:#bbb;--box:#f3f6fa;

@@ -151,7 +151,7 @@ def detectable_table(result: GapResult) -> str:
     rows = [
         [
             escape(called(one.id)), escape(parameter_meaning(one.id, one.parameter)),
-            f"{numbers.significant(one.size, 2)} {escape(numbers.pretty_unit(one.unit))}",
+            f"{numbers.significant(abs(one.size), 2)} {escape(numbers.pretty_unit(one.unit))}",
         ]
         for one in sorted(result.pictures.detectable, key=lambda one: called(one.id))
     ]  # fmt: skip

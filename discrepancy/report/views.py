@@ -33,7 +33,7 @@ class View:
 
     x: Signal
     per: Signal = Signal.ONE
-    what: str = "torque missing in the model"
+    what: str = "load missing in the model"
     unit: tuple[str, str] = ("N m", "N")
     exact: bool = False
     output: bool = False
