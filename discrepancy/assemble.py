@@ -108,6 +108,19 @@ def column_names(model: JointModel) -> dict[str, str]:
     }
 
 
+def find_places(problem: SimulationProblem, state: State, model: JointModel) -> list[Place]:
+    """Return where a model disagrees with the training records, over the variables of its own simulation.
+
+    The measured motion shares its noise with the residual: over it, pure noise would look like a missing inertia.
+    """
+    outputs = problem.simulate(state.fit.vector, state.fit.starts)
+    simulated = [
+        replace(one, channels=tuple(replace(c, values=output[c.row]) for c in one.channels))
+        for one, output in zip(problem.series, outputs, strict=True)
+    ]
+    return locate(simulated, residual_parts(problem, state), state.fit.vector, column_names(model))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scored:
     """Curves of one model at full rate."""
@@ -128,9 +141,7 @@ def result_step(
     values = quantities(problem, step.state, model)
     owner = step.added or BASE
     located = step if before is None else before
-    places = locate(
-        problem.series, residual_parts(problem, located.state), located.state.fit.vector, column_names(model)
-    )
+    places = find_places(problem, located.state, model)
     first = places[:3]
     if step.added is not None:
         first = _own_place_first(step.added, first)
@@ -159,7 +170,7 @@ def make_pictures(
     problem, last = outcome.problem, outcome.steps[-1].state
     series = problem.series
     repeated = () if outcome.is_torque else trained
-    places = locate(series, residual_parts(problem, last), last.fit.vector, column_names(model))
+    places = find_places(problem, last, model)
     unknown = outcome.unknown
     detectable: tuple[Detectable, ...] = ()
     if outcome.verdict == "none" and not outcome.is_torque:

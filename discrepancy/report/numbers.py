@@ -46,7 +46,7 @@ def with_error(value: float, std: float | None) -> str:
     if place > 7 or place < -5:
         return f"{value:.4g} ± {std:.1g}"
     shown = max(0, place)
-    return f"{round(value, place):.{shown}f} ± {round(std, place):.{shown}f}"
+    return f"{round(value, place) + 0.0:.{shown}f} ± {round(std, place):.{shown}f}"
 
 
 def quantity(q: Quantity) -> str:

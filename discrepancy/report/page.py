@@ -69,8 +69,7 @@ def _residual_map(result: GapResult) -> str:
     after = result.pictures.left if len(result.steps) > 1 else ()
     listed = "; ".join(f"{place_words(p)}: {100 * p.share:.0f} %" for p in before)
     words = (
-        f"<p>No variable explains what is left: at best {numbers.percent(before[0].share)}, by "
-        f"{escape(place_words(before[0]))}.</p>"
+        f"<p>No variable explains what is left: none predicts more than {max(1.0, 100 * before[0].share):.0f} % of it.</p>"
         if before[0].share <= FAINT_SHARE
         else f"<p>Before anything was added, the strongest trace is {escape(place_words(before[0]))} "
         f"({escape(region_words(before[0]))}). Several traces may show the same error, because the variables "

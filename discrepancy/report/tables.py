@@ -117,7 +117,7 @@ def effect_details(step: ResultStep) -> str:
     ):
         proof = (
             f"<p>It predicts data that were left out of the fit better by {evidence['held_out_gain']:.0f} "
-            "noise variances (30 would be needed by chance among all that was tried) and closes an error of "
+            "noise variances (chance alone reaches about 30 among all that was tried) and closes an error of "
             f"{evidence['closed_in_noise']:.3g} times the noise of one sample.</p>"
         )
     return (
