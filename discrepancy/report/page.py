@@ -6,7 +6,7 @@ from html import escape
 from plotly.offline import get_plotlyjs
 
 from discrepancy.model.schema import Judge
-from discrepancy.report import figures, law_figures, numbers, tables
+from discrepancy.report import figures, law_figures, tables
 from discrepancy.report.first_screen import first_screen
 from discrepancy.report.frame import frame, zoom_buttons
 from discrepancy.report.plain import called, quantity_name
@@ -68,10 +68,11 @@ def _residual_map(result: GapResult) -> str:
     output = next(iter(result.steps[0].test), "")
     after = result.pictures.left if len(result.steps) > 1 else ()
     listed = "; ".join(f"{place_words(p)}: {100 * p.share:.0f} %" for p in before)
+    if before[0].share <= FAINT_SHARE:
+        most = max(1.0, 100 * before[0].share)
+        return f"<p>No variable explains what is left: none predicts more than {most:.0f} % of it.</p>"
     words = (
-        f"<p>No variable explains what is left: none predicts more than {max(1.0, 100 * before[0].share):.0f} % of it.</p>"
-        if before[0].share <= FAINT_SHARE
-        else f"<p>Before anything was added, the strongest trace is {escape(place_words(before[0]))} "
+        f"<p>Before anything was added, the strongest trace is {escape(place_words(before[0]))} "
         f"({escape(region_words(before[0]))}). Several traces may show the same error, because the variables "
         "move together; a trace is a hint, and names are given only by fitting every effect.</p>"
     )
@@ -81,7 +82,7 @@ def _residual_map(result: GapResult) -> str:
         "it was not fitted to.",
     )]  # fmt: skip
     curves = law_figures.curves(before, unit, output)
-    if curves is not None and before[0].share > FAINT_SHARE:
+    if curves is not None:
         caption = "What the recalibrated base model misses, over the variables with the largest shares."
         parts.append(frame(curves, "places", f"Curves of the missing torque. {listed}.", caption))
     return "".join(parts)
