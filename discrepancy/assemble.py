@@ -1,18 +1,22 @@
 """Make the answer of what the search accepted: parameters with errors, figures at full rate, the extended model."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from discrepancy.effects.spec import Port
 from discrepancy.effects.table import EFFECTS
-from discrepancy.evaluate import Scorer, score_curves
+from discrepancy.evaluate import Curve, Scorer, score_curves
 from discrepancy.fitting.parameters import BASE, NUISANCES
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
 from discrepancy.model.schema import EffectTerm, JointModel, Quantity
 from discrepancy.next_experiment import RigLimits
+from discrepancy.report.detectable import detectable_effects
+from discrepancy.report.law import LawMaker
+from discrepancy.report.pictures import Detectable, Pictures
+from discrepancy.report.spectra import noise_spectra
 from discrepancy.result import GapResult, ParameterChange, Rejected, ResultStep, total_gap
 from discrepancy.search.finish import SearchOutcome, Step
 from discrepancy.search.greedy import residual_parts
@@ -104,36 +108,85 @@ def column_names(model: JointModel) -> dict[str, str]:
     }
 
 
+def find_places(problem: SimulationProblem, state: State, model: JointModel) -> list[Place]:
+    """Return where a model disagrees with the training records, over the variables of its own simulation.
+
+    The measured motion shares its noise with the residual: over it, pure noise would look like a missing inertia.
+    """
+    outputs = problem.simulate(state.fit.vector, state.fit.starts)
+    simulated = [
+        replace(one, channels=tuple(replace(c, values=output[c.row]) for c in one.channels))
+        for one, output in zip(problem.series, outputs, strict=True)
+    ]
+    return locate(simulated, residual_parts(problem, state), state.fit.vector, column_names(model))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scored:
+    """Curves of one model at full rate."""
+
+    train: Sequence[Curve]
+    test: Sequence[Curve]
+
+
 def result_step(
     problem: SimulationProblem,
-    scorer: Scorer,
     model: JointModel,
     step: Step,
     before: Step | None,
+    curves: Scored,
     floor: dict[str, float],
 ) -> ResultStep:
-    """Score one accepted model at full rate and say where the one before it disagreed."""
+    """Give the figures of one accepted model and say where the one before it disagreed."""
     values = quantities(problem, step.state, model)
-    curves = scorer.test(step.state.fit.vector)
-    trained = scorer.train(step.state.fit.vector)
     owner = step.added or BASE
     located = step if before is None else before
-    places = locate(
-        problem.series, residual_parts(problem, located.state), located.state.fit.vector, column_names(model)
-    )[:3]
+    places = find_places(problem, located.state, model)
+    first = places[:3]
     if step.added is not None:
-        places = _own_place_first(step.added, places)
+        first = _own_place_first(step.added, first)
     evidence: dict[str, float | int | str] = {"held_out_gain": step.fall, "closed_in_noise": step.closed}
     return ResultStep(
         added=step.added,
         parameters={name: q for (own, name), q in values.items() if own == owner and name not in NUISANCES},
         equivalents=step.equivalents,
-        where=tuple(places),
+        where=tuple(first),
         evidence=evidence,
-        train=score_curves(trained, floor),
-        test=score_curves(curves, floor),
-        curves=tuple(curves),
+        train=score_curves(curves.train, floor),
+        test=score_curves(curves.test, floor),
+        curves=tuple(curves.test),
+        base={name: q for (own, name), q in values.items() if own == BASE and name not in NUISANCES},
+        terms={
+            term: {name: q for (own, name), q in values.items() if own == term} for term in step.state.present
+        },
+        places=tuple(places),
     )
+
+
+def make_pictures(
+    outcome: SearchOutcome, trained: Sequence[Curve], model: JointModel, floor: dict[str, float]
+) -> Pictures:
+    """Return what the report draws beyond the steps."""
+    problem, last = outcome.problem, outcome.steps[-1].state
+    series = problem.series
+    repeated = () if outcome.is_torque else trained
+    places = find_places(problem, last, model)
+    unknown = outcome.unknown
+    detectable: tuple[Detectable, ...] = ()
+    if outcome.verdict == "none" and not outcome.is_torque:
+        ratio = float(np.mean([(floor[name] / sigma) ** 2 for name, sigma in problem.noise.sigma.items()]))
+        detectable = detectable_effects(problem, last, SearchOptions(), ratio)
+    return Pictures(
+        noise=noise_spectra(repeated, series), left=tuple(places), detectable=detectable,
+        unknown=None if unknown is None else law_maker(outcome, model).nameless(unknown),
+    )  # fmt: skip
+
+
+def law_maker(outcome: SearchOutcome, model: JointModel) -> LawMaker:
+    """Return what draws the laws of the last model."""
+    problem, last = outcome.problem, outcome.steps[-1].state
+    covariance = robust_covariance(problem, last.fit)
+    return LawMaker(problem=problem, state=last, covariance=covariance, linear=model.is_linear_axis)
 
 
 def _own_place_first(name: str, places: Sequence[Place]) -> list[Place]:
@@ -177,11 +230,16 @@ def assemble(
     model: JointModel, outcome: SearchOutcome, scorer: Scorer, floor: dict[str, float], notes: Sequence[str]
 ) -> GapResult:
     """Return the answer."""
-    steps = []
-    for i, step in enumerate(outcome.steps):
-        steps.append(
-            result_step(outcome.problem, scorer, model, step, outcome.steps[i - 1] if i else None, floor)
-        )
+    scored = [
+        Scored(train=scorer.train(step.state.fit.vector), test=scorer.test(step.state.fit.vector))
+        for step in outcome.steps
+    ]
+    steps = [
+        result_step(outcome.problem, model, step, before, curves, floor)
+        for step, before, curves in zip(outcome.steps, (None, *outcome.steps), scored, strict=False)
+    ]
+    laws = law_maker(outcome, model)
+    steps = [step if step.added is None else replace(step, law=laws.named(step.added)) for step in steps]
     last = outcome.steps[-1]
     judged = [name for name in model.outputs if name in steps[0].test] or list(steps[0].test)
     values = quantities(outcome.problem, last.state, model)
@@ -201,4 +259,5 @@ def assemble(
         rejected=rejected_candidates(outcome, SearchOptions()),
         notes=tuple(notes) + outcome.notes,
         terms=new.effects,
+        pictures=make_pictures(outcome, scored[-1].train, model, floor),
     )

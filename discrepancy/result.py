@@ -1,13 +1,14 @@
 """The answer: verdict, steps, figures; as Python objects and as `gap.json`."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from discrepancy.evaluate import Curve, Score
 from discrepancy.locate import Place
 from discrepancy.model.reader import quantity_to_dict
 from discrepancy.model.schema import EffectTerm, JointModel, Quantity
+from discrepancy.report.pictures import LawPicture, Pictures
 from discrepancy.search.greedy import Equivalent
 
 SCHEMA = "jointscope.gap/1"
@@ -32,6 +33,10 @@ class ResultStep:
         where: where the model before it disagreed.
         evidence: numbers behind the decision.
         curves: test curves for the report.
+        base: the joint's own parameters as fitted at this step, by name.
+        terms: the effects of this step's model with their values, by id.
+        places: every place that was looked at, largest share first; `where` holds the first few.
+        law: the newest effect's law over what the model without it leaves, None for the base.
     """
 
     added: str | None
@@ -42,12 +47,17 @@ class ResultStep:
     train: Mapping[str, Score]
     test: Mapping[str, Score]
     curves: tuple[Curve, ...] = ()
+    base: Mapping[str, Quantity] = field(default_factory=dict)
+    terms: Mapping[str, Mapping[str, Quantity]] = field(default_factory=dict)
+    places: tuple[Place, ...] = ()
+    law: LawPicture | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the entry of `steps` in `gap.json`."""
         return {
             "added": self.added,
             "parameters": {name: quantity_to_dict(q) for name, q in self.parameters.items()},
+            "base_parameters": {name: quantity_to_dict(q) for name, q in self.base.items()},
             "equivalents": [e if isinstance(e, str) else list(e) for e in self.equivalents],
             "where": [place.to_dict() for place in self.where],
             "evidence": dict(self.evidence),
@@ -76,6 +86,7 @@ class GapResult:
     Attributes:
         model: the extended model, usable as the next model file.
         terms: the named effects with their values.
+        pictures: what the report draws beyond the steps: the measured noise, what is left, what would have been seen.
     """
 
     verdict: str
@@ -92,6 +103,25 @@ class GapResult:
     rejected: tuple[Rejected, ...] = ()
     notes: tuple[str, ...] = ()
     terms: tuple[EffectTerm, ...] = field(default=())
+    pictures: Pictures = field(default_factory=Pictures)
+
+    def with_names(self, names: Mapping[str, str]) -> "GapResult":
+        """Return the same answer with the workflow's labels (`test[0]`) replaced by the records' own names.
+
+        Args:
+            names: what to call a record, by label.
+        """
+
+        def named(text: str) -> str:
+            for label, name in names.items():
+                text = text.replace(label, name)
+            return text
+
+        steps = tuple(
+            replace(step, curves=tuple(replace(c, label=named(c.label)) for c in step.curves))
+            for step in self.steps
+        )
+        return replace(self, steps=steps, notes=tuple(named(note) for note in self.notes))
 
     @property
     def gap_closed(self) -> float | None:

@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -126,7 +126,7 @@ def run_gap_analysis(request: GapRequest, out: Path, tell: Callable[[str], None]
             result = run_gap(model, train, test, GapOptions(executor=pool))
     except GapInputError as error:
         raise InputError(_with_names(str(error), names)) from error
-    result = replace(result, notes=tuple(_with_names(note, names) for note in result.notes))
+    result = result.with_names(names)
     write_result(result, out)
     return GapAnalysis(result=result, folder=out, experiment=_write_experiment(result, out))
 

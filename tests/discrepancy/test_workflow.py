@@ -54,7 +54,7 @@ def test_answer_files_hold_the_contract_and_the_model_reads_back(
     assert answer["steps"][1]["outputs"]["speed_rad_s"]["test"].keys() == {"rmse", "nrmse", "gap"}
     assert read_model(tmp_path / "model.yaml").effects[0].id == "coulomb_friction"
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "coulomb friction" in page
+    assert "The model lacks dry (Coulomb) friction" in page
     assert "https://cdn" not in page.split("<script", 1)[0]
 
 

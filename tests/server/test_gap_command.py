@@ -213,10 +213,11 @@ def gap_result(verdict: str = "named") -> GapResult:
 def test_the_answer_is_told_in_plain_words() -> None:
     analysis = GapAnalysis(result=gap_result(), folder=Path("o"), experiment=Path("o/next_experiment.yaml"))
     told = "\n".join(describe_gap(analysis))
-    assert "+ coulomb_friction: level 0.15 ± 0.001 N m" in told
-    assert "cannot tell it from: a with b; c" in told
-    assert "inertia 0.5 is really 0.6 ± 0.01" in told
-    assert "20.00% of the signal before, 1.00% after: 95.0% closed" in told
+    assert "+ coulomb_friction: level 0.1500 ± 0.0010 N m" in told
+    assert "cannot tell it from: a with b (a together with b); c (c)" in told
+    assert "inertia is 0.600 ± 0.010 kg m², not 0.5000 kg m² as on the nameplate" in told
+    assert "speed: gap 0.0995 rad/s (20.0 % of the signal) before" in told
+    assert "95.0 % of the gap is closed" in told
     assert "jointscope run o/next_experiment.yaml --rig RIG.yaml" in told
 
 

@@ -1,0 +1,73 @@
+"""Numbers and sentences as people read them."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from discrepancy.effects.table import EFFECTS
+from discrepancy.evaluate import Score
+from discrepancy.report import numbers, sentences
+from discrepancy.report.detectable import STRENGTH
+from discrepancy.report.plain import PLAIN
+from discrepancy.report.views import VIEWS, Signal
+from discrepancy.result import GapResult
+
+Answer = Callable[[str], GapResult]
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "text"),
+    [
+        (0.149871, 0.00041, "0.1499 ± 0.0004"),
+        (0.149871, 0.00014, "0.14987 ± 0.00014"),
+        (1234.5, 56.0, "1230 ± 60"),
+        (2.5e-9, 1e-10, "2.5e-09 ± 1e-10"),
+        (0.9, None, "0.9000"),
+    ],
+)
+def test_the_error_sets_the_digits(value: float, std: float | None, text: str) -> None:
+    assert numbers.with_error(value, std) == text
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [(0.0, "0.00 %"), (5e-5, "less than 0.01 %"), (0.0188, "1.88 %"), (0.9999, "more than 99.9 %"), (0.5, "50.0 %")],
+)  # fmt: skip
+def test_shares_are_never_rounded_to_a_flattering_end(share: float, text: str) -> None:
+    assert numbers.percent(share) == text
+
+
+@pytest.mark.parametrize("effect", list(EFFECTS))
+def test_every_effect_has_a_name_in_words_and_a_view(effect: str) -> None:
+    assert all(len(words) > 5 for words in PLAIN[effect])
+    assert VIEWS[effect].x is not Signal.ONE
+
+
+@pytest.mark.parametrize(("effect", "parameter"), list(STRENGTH.items()))
+def test_every_strength_is_a_parameter_of_its_effect(effect: str, parameter: str) -> None:
+    assert parameter in {p.name for p in EFFECTS[effect].parameters}
+
+
+def test_a_gap_that_grew_is_said(answer: Answer) -> None:
+    worse = replace(answer("named"), gap_after=0.3)
+    assert "has grown" in str(sentences.closed_words(worse))
+
+
+def test_a_floor_far_above_the_error_is_doubted(answer: Answer) -> None:
+    result = answer("named")
+    score = {"speed_rad_s": Score(rmse=0.004, nrmse=0.006, gap=0.0)}
+    doubted = replace(result, steps=(result.steps[0], replace(result.steps[1], test=score)))
+    assert list(sentences.floor_doubts(result)) == []
+    assert "estimated too high" in next(sentences.floor_doubts(doubted))
+
+
+def test_the_next_experiment_is_told_with_units(answer: Answer) -> None:
+    plan = {
+        "why": "w", "separates": ["coulomb_friction", "backlash"], "duration_s": 20.0,
+        "excitation": {"kind": "sine", "amplitude_A": 0.900641, "period_s": 2.0},
+    }  # fmt: skip
+    words = sentences.experiment_words(replace(answer("named"), next_experiment=plan))
+    assert words == (
+        "sine, amplitude 0.901 A, period 2 s, for 20 s, to tell dry (Coulomb) friction from backlash apart"
+    )
