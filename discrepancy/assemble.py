@@ -10,7 +10,7 @@ from discrepancy.effects.table import EFFECTS
 from discrepancy.evaluate import Curve, Scorer, score_curves
 from discrepancy.fitting.parameters import BASE, NUISANCES
 from discrepancy.fitting.problem import SimulationProblem
-from discrepancy.locate import Place, locate
+from discrepancy.locate import Place
 from discrepancy.model.schema import EffectTerm, JointModel, Quantity
 from discrepancy.next_experiment import RigLimits
 from discrepancy.report.detectable import detectable_effects
@@ -19,7 +19,6 @@ from discrepancy.report.pictures import Detectable, Pictures
 from discrepancy.report.spectra import noise_spectra
 from discrepancy.result import GapResult, ParameterChange, Rejected, ResultStep, total_gap
 from discrepancy.search.finish import SearchOutcome, Step
-from discrepancy.search.greedy import residual_parts
 from discrepancy.search.judge import robust_covariance
 from discrepancy.search.open_questions import next_question
 from discrepancy.search.options import SearchOptions
@@ -108,19 +107,6 @@ def column_names(model: JointModel) -> dict[str, str]:
     }
 
 
-def find_places(problem: SimulationProblem, state: State, model: JointModel) -> list[Place]:
-    """Return where a model disagrees with the training records, over the variables of its own simulation.
-
-    The measured motion shares its noise with the residual: over it, pure noise would look like a missing inertia.
-    """
-    outputs = problem.simulate(state.fit.vector, state.fit.starts)
-    simulated = [
-        replace(one, channels=tuple(replace(c, values=output[c.row]) for c in one.channels))
-        for one, output in zip(problem.series, outputs, strict=True)
-    ]
-    return locate(simulated, residual_parts(problem, state), state.fit.vector, column_names(model))
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scored:
     """Curves of one model at full rate."""
@@ -130,19 +116,17 @@ class Scored:
 
 
 def result_step(
-    problem: SimulationProblem,
+    outcome: SearchOutcome,
     model: JointModel,
     step: Step,
-    before: Step | None,
+    places: Sequence[Place],
     curves: Scored,
     floor: dict[str, float],
 ) -> ResultStep:
-    """Give the figures of one accepted model and say where the one before it disagreed."""
-    values = quantities(problem, step.state, model)
+    """Give the figures of one accepted model; `places` is where the one before it disagreed."""
+    values = quantities(outcome.problem, step.state, model)
     owner = step.added or BASE
-    located = step if before is None else before
-    places = find_places(problem, located.state, model)
-    first = places[:3]
+    first = list(places[:3])
     if step.added is not None:
         first = _own_place_first(step.added, first)
     evidence: dict[str, float | int | str] = {"held_out_gain": step.fall, "closed_in_noise": step.closed}
@@ -164,20 +148,23 @@ def result_step(
 
 
 def make_pictures(
-    outcome: SearchOutcome, trained: Sequence[Curve], model: JointModel, floor: dict[str, float]
+    outcome: SearchOutcome,
+    trained: Sequence[Curve],
+    model: JointModel,
+    floor: dict[str, float],
+    left: Sequence[Place],
 ) -> Pictures:
     """Return what the report draws beyond the steps."""
     problem, last = outcome.problem, outcome.steps[-1].state
     series = problem.series
     repeated = () if outcome.is_torque else trained
-    places = find_places(problem, last, model)
     unknown = outcome.unknown
     detectable: tuple[Detectable, ...] = ()
     if outcome.verdict == "none" and not outcome.is_torque:
         ratio = float(np.mean([(floor[name] / sigma) ** 2 for name, sigma in problem.noise.sigma.items()]))
         detectable = detectable_effects(problem, last, SearchOptions(), ratio)
     return Pictures(
-        noise=noise_spectra(repeated, series), left=tuple(places), detectable=detectable,
+        noise=noise_spectra(repeated, series), left=tuple(left), detectable=detectable,
         unknown=None if unknown is None else law_maker(outcome, model).nameless(unknown),
     )  # fmt: skip
 
@@ -234,9 +221,10 @@ def assemble(
         Scored(train=scorer.train(step.state.fit.vector), test=scorer.test(step.state.fit.vector))
         for step in outcome.steps
     ]
+    places = [outcome.places(step.state) for step in outcome.steps]
     steps = [
-        result_step(outcome.problem, model, step, before, curves, floor)
-        for step, before, curves in zip(outcome.steps, (None, *outcome.steps), scored, strict=False)
+        result_step(outcome, model, step, before, curves, floor)
+        for step, before, curves in zip(outcome.steps, (places[0], *places), scored, strict=False)
     ]
     laws = law_maker(outcome, model)
     steps = [step if step.added is None else replace(step, law=laws.named(step.added)) for step in steps]
@@ -259,5 +247,5 @@ def assemble(
         rejected=rejected_candidates(outcome, SearchOptions()),
         notes=tuple(notes) + outcome.notes,
         terms=new.effects,
-        pictures=make_pictures(outcome, scored[-1].train, model, floor),
+        pictures=make_pictures(outcome, scored[-1].train, model, floor, places[-1]),
     )

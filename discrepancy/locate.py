@@ -154,7 +154,7 @@ def _place(
     share, coefficients = predicted_share(basis, y)
     curve = basis @ coefficients
     return Place(
-        port=port, driver=names.get(driver, driver), region=_region(x, curve**2), share=share,
+        port=port, driver=names.get(driver, driver), region=region_of(x, curve**2), share=share,
         shape=tuple((float(a), float(b)) for a, b in zip(knots, coefficients, strict=True)),
     )  # fmt: skip
 
@@ -181,7 +181,8 @@ def _rate(joined: Mapping[str, FloatArray], names: Mapping[str, str]) -> Place:
     )  # fmt: skip
 
 
-def _region(x: FloatArray, energy: FloatArray) -> tuple[float, float] | None:
+def region_of(x: FloatArray, energy: FloatArray) -> tuple[float, float] | None:
+    """Return the interval of `x` that holds the middle 80 % of an energy, shape (n,); None if it is zero."""
     order = np.argsort(x)
     total = np.cumsum(energy[order])
     if total[-1] <= 0.0:

@@ -11,21 +11,14 @@ from daq.recording.recording import Recording
 from discrepancy.assemble import assemble, column_names
 from discrepancy.data.checks import check_inputs
 from discrepancy.data.ranges import find_waves, signal_ranges
-from discrepancy.data.repeats import Pair, find_repeats, merge_repeats
+from discrepancy.data.repeats import find_repeats, merge_repeats
 from discrepancy.data.series import CURRENT, SPEED, TORQUE, Series, bin_series, cut_windows, read_series
 from discrepancy.effects.spec import Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.errors import GapInputError
 from discrepancy.evaluate import simulation_scorer
 from discrepancy.fitting.levenberg import fit
-from discrepancy.fitting.noise import (
-    fit_whitener,
-    high_band_sigma,
-    innovation_sigma,
-    repeat_noise,
-    sample_sigma,
-    sigma_or_floor,
-)
+from discrepancy.fitting.noise import sample_sigma, sigma_or_floor
 from discrepancy.fitting.parameters import (
     SMOOTHING_START_S,
     base_parameters,
@@ -37,7 +30,8 @@ from discrepancy.fitting.problem import COARSE_STEP_ANGLE, Noise, SimulationProb
 from discrepancy.model.schema import BASE_SLOTS, InputHold, JointModel, Judge
 from discrepancy.result import GapResult
 from discrepancy.search.finish import search
-from discrepancy.search.greedy import Context, residual_parts
+from discrepancy.search.greedy import Context
+from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import State
 from discrepancy.simulation import slots as s
@@ -52,6 +46,8 @@ LATENCY_S = 1.2e-3
 TORQUE_MATERIAL = 0.06
 TORQUE_FORM_ERROR = 0.1
 LEAST_RESPONSE = 0.01
+BEFORE_THE_SENSOR = frozenset({"current_saturation", "inverter_dead_time"})
+"""Effects between the reference and the measured current: a record that holds both drives the joint by what is left."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,10 +83,12 @@ def run_gap(
     notes = scale_notes + check_inputs(model, train, test)
     prepared = prepare_simulation(model, train, chosen.executor)
     names = column_names(model)
-    outcome = search(
-        prepared.problem, prepared.state, prepared.ranges, chosen.search, prepared.context, names
-    )
-    return assemble(model, outcome, simulation_scorer(train, test), prepared.noise_floor, notes)
+    context = prepared.context
+    if model.input == "current_A" and all("current_ref_A" in record.columns for record in train_records):
+        context = replace(context, excluded=context.excluded | BEFORE_THE_SENSOR)
+    outcome = search(prepared.problem, prepared.state, prepared.ranges, chosen.search, context, names)
+    floor = noise_floor(train, outcome.problem, prepared.factor)
+    return assemble(model, outcome, simulation_scorer(train, test), floor, notes)
 
 
 def _run_torque(
@@ -130,6 +128,7 @@ class Prepared:
     context: Context
     noise_floor: dict[str, float]
     repeats: int
+    factor: int
     timing: tuple[float, float] | None
 
 
@@ -163,12 +162,8 @@ def prepare_simulation(model: JointModel, train: Sequence[Series], executor: Exe
     sigma = {c.name: sigma_or_floor(0.01 * float(np.std(c.values)), c.values) for c in binned[0].channels}
     problem = SimulationProblem(series=binned, noise=Noise(sigma=sigma))
     prepared = _finish_preparation(model, problem, (timing, factor, executor))
-    pairs = find_repeats(binned)
     levels = prepared.problem.noise.sigma
-    floor = {
-        channel.name: sample_sigma(train, c, factor, levels[channel.name], pairs)
-        for c, channel in enumerate(binned[0].channels)
-    }
+    floor = noise_floor(train, prepared.problem, factor)
     ratio = float(np.mean([(floor[name] / levels[name]) ** 2 for name in floor]))
     sizes = [
         float(np.std(np.concatenate([one.channels[c].values for one in binned]))) / floor[channel.name]
@@ -210,6 +205,7 @@ def _finish_preparation(
     pairs = find_repeats(problem.series)
     noise, repeat = measure_noise(problem, parts, pairs)
     problem = replace(problem, noise=noise)
+    records = len(problem.series)
     is_torque = problem.series[0].channels[0].row == TORQUE
     if not is_torque:
         problem = replace(problem, series=merge_repeats(problem.series, pairs))
@@ -220,11 +216,22 @@ def _finish_preparation(
     floor = {name: float(value * np.sqrt(factor)) for name, value in noise.sigma.items()}
     return Prepared(
         problem=problem, state=state, ranges=ranges, noise_floor=floor, repeats=len(pairs), timing=timing,
+        factor=factor,
         context=Context(
             executor=executor, repeat_noise=repeat, bin_size=factor, excluded=parameters_in_disguise(model),
             scout=None if is_torque else scout_problem(problem),
+            pairs=tuple(pairs) if len(problem.series) == records else (),
         ),
     )  # fmt: skip
+
+
+def noise_floor(train: Sequence[Series], problem: SimulationProblem, factor: int) -> dict[str, float]:
+    """Return the noise of one sample of each output at full rate."""
+    pairs = find_repeats([bin_series(one, factor) for one in train])
+    return {
+        channel.name: sample_sigma(train, c, factor, problem.noise.sigma[channel.name], pairs)
+        for c, channel in enumerate(train[0].channels)
+    }
 
 
 def latest_timing(step: float) -> float:
@@ -287,24 +294,3 @@ def check_response(problem: SimulationProblem, vector: NDArray[np.float64]) -> N
                     f"{predicted:.3g}: the joint "
                     "does not answer its input (blocked, disarmed, or at rest). Record a joint that moves"
                 )
-
-
-def measure_noise(
-    problem: SimulationProblem, parts: list[list[NDArray[np.float64]]], pairs: Sequence[Pair]
-) -> tuple[Noise, Noise | None]:
-    """Return white noise weights, and the full noise model where repeats show it."""
-    names = [channel.name for channel in problem.series[0].channels]
-    values = [channel.values for channel in problem.series[0].channels]
-    if not pairs:
-        sigma = {
-            name: sigma_or_floor(high_band_sigma([record[c] for record in parts]), values[c])
-            for c, name in enumerate(names)
-        }
-        return Noise(sigma=sigma), None
-    realisations = repeat_noise(parts, pairs)
-    white, sharp, whitener = {}, {}, {}
-    for c, name in enumerate(names):
-        white[name] = sigma_or_floor(float(np.std(np.concatenate(realisations[c]))), values[c])
-        whitener[name] = fit_whitener(realisations[c])
-        sharp[name] = sigma_or_floor(innovation_sigma(realisations[c], whitener[name]), values[c])
-    return Noise(sigma=white), Noise(sigma=sharp, whitener=whitener)

@@ -11,7 +11,7 @@ def _starts(r: Ranges) -> list[Start]:
     return [
         {"level": level, "stiffness": level / x, "exponent": n}
         for x in (0.003, 0.02, 0.1, 0.5)
-        for n in (1.0, 2.0)
+        for n in (1.0, 2.0, 3.0)
     ]
 
 
@@ -25,7 +25,8 @@ PRESLIDING_HYSTERESIS = Effect(
     id="presliding_hysteresis",
     port=Port.TORQUE,
     driver="speed_rad_s",
-    equation="tau = -sigma z, z' = w (1 - sigma z sign(w) / F)^n",
+    equation="tau = -sigma z, z' = w (1 - sigma z sign(w) / F)^n, n = 1 or 2; n = 3: eight springs in parallel that "
+    "slip one by one",
     parameters=(
         EffectParameter(
             name="level",
@@ -50,8 +51,8 @@ PRESLIDING_HYSTERESIS = Effect(
             slot=s.PRESLIDING_SHAPE,
             kind=Kind.RATIO,
             lower=1.0,
-            upper=2.0,
-            meaning="1 or 2: how gradually it yields",
+            upper=3.0,
+            meaning="1 or 2: how gradually it yields (Dahl); 3: springs that slip one by one (Maxwell slip)",
             free=False,
         ),
     ),
@@ -59,6 +60,7 @@ PRESLIDING_HYSTERESIS = Effect(
     limits=_limits,
     signature="friction that follows the travelled angle after a reversal instead of jumping",
     confused_with=("coulomb_friction", "backlash", "stribeck_friction"),
-    reference="P. R. Dahl, AIAA J. 14(12), 1976; C. Canudas de Wit et al., IEEE TAC 40(3), 1995",
+    reference="P. R. Dahl, AIAA J. 14(12), 1976; C. Canudas de Wit et al., IEEE TAC 40(3), 1995; "
+    "F. Al-Bender et al., IEEE TAC 50(11), 2005",
     contains=("coulomb_friction",),
 )

@@ -17,9 +17,10 @@ from discrepancy.data.series import CURRENT, POSITION, SPEED, Series
 from discrepancy.effects.spec import Port, Ranges
 from discrepancy.fitting.levenberg import Fit, project_starts
 from discrepancy.fitting.problem import SimulationProblem
-from discrepancy.locate import Place, hat_basis, spread_knots
-from discrepancy.search.greedy import Context, noise_beside
+from discrepancy.locate import Place, hat_basis, region_of, spread_knots
+from discrepancy.search.greedy import Context
 from discrepancy.search.judge import held_out
+from discrepancy.search.noise import noise_beside
 from discrepancy.search.state import State, refit
 from discrepancy.simulation import slots as s
 
@@ -83,7 +84,7 @@ def _at_optimum(fit: Fit, columns: FloatArray) -> Fit:
 
 def make_bench(problem: SimulationProblem, state: State, ranges: Ranges, context: Context) -> Bench:
     """Fit the model again under both noise models."""
-    sharp = replace(problem, noise=noise_beside(problem, state, context.repeat_noise))
+    sharp = replace(problem, noise=noise_beside(problem, state, context.repeat_noise, context.pairs))
     again, white = refit(sharp, state, ranges, 3), refit(problem, state, ranges, 3)
     unit = again.fit.loss / problem.rows
     return Bench(
@@ -126,10 +127,18 @@ def judge_curves(bench: Bench, names: Mapping[str, str]) -> list[Curve]:
             continue
         sharp = project_starts(bench.sharp_problem, bench.sharp, _flat(bench.sharp_problem, responses))
         judged = bench.judge(sharp, white)
+        shape = _shape(knots, white, state.fit)
+        x = np.concatenate([one[key] for one in signals])
+        region = None
+        if knots.size > 2 and key != "time":
+            region = region_of(x, np.interp(x, knots, [y for _, y in shape]) ** 2)
         place = Place(
-            port=port, driver=names.get(driver, driver), region=None, share=share_of(bench, judged),
-            shape=_shape(knots, white, state.fit),
-        )  # fmt: skip
+            port=port,
+            driver=names.get(driver, driver),
+            region=region,
+            share=share_of(bench, judged),
+            shape=shape,
+        )
         found.append(Curve(place=place, judged=judged, size=white.shape[1]))
     return sorted(found, key=lambda curve: -curve.judged.closed)
 

@@ -12,7 +12,8 @@ from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
 from discrepancy.search.curves import called, judge_curves, make_bench
 from discrepancy.search.doubts import find_doubt
-from discrepancy.search.greedy import Context, Equivalent, Round, residual_parts, run_round
+from discrepancy.search.greedy import Context, Equivalent, Round, run_round
+from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.remainder import find_remainder
 from discrepancy.search.state import State, refit, without
@@ -20,6 +21,8 @@ from discrepancy.search.state import State, refit, without
 MANY_MINOR = 3
 MINOR_SHARE = 0.15
 """An effect that closes less than this part of all that was closed is minor."""
+SHAKEN = 0.15
+"""A name is taken back if what nobody explains is more than this part of what it closed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,6 +43,9 @@ class SearchOutcome:
     steps: tuple[Step, ...]
     rounds: tuple[Round, ...]
     problem: SimulationProblem
+    ranges: Ranges
+    context: Context
+    names: Mapping[str, str]
     unknown: Place | None = None
     notes: tuple[str, ...] = field(default=())
 
@@ -47,6 +53,19 @@ class SearchOutcome:
     def is_torque(self) -> bool:
         """Whether the torque balance was judged, not a simulation."""
         return self.problem.series[0].channels[0].row == TORQUE
+
+    def places(self, state: State) -> list[Place]:
+        """Return where a model of this search fails on the training records, the largest share first."""
+        if self.is_torque:
+            return locate(
+                self.problem.series, residual_parts(self.problem, state), state.fit.vector, self.names
+            )
+        bench = make_bench(self.problem, state, self.ranges, self.context)
+        least = SearchOptions().alarm
+        return [
+            curve.place if curve.judged.fall > least else replace(curve.place, share=0.0)
+            for curve in judge_curves(bench, self.names)
+        ]
 
     @property
     def verdict(self) -> str:
@@ -82,11 +101,23 @@ def search(
                 fall=done.winner.fall, closed=done.winner.closed,
             )
         )  # fmt: skip
+        if context.pairs:
+            problem, context = _quieter(problem, current, context)
         current, steps = prune(problem, (current, steps), ranges, (options, context, closed))
-    outcome = SearchOutcome(steps=tuple(steps), rounds=tuple(rounds), problem=problem)
+    outcome = SearchOutcome(
+        steps=tuple(steps), rounds=tuple(rounds), problem=problem, ranges=ranges, names=names,
+        context=replace(context, closed=closed),
+    )  # fmt: skip
     if outcome.is_torque:
         return _conclude_torque(outcome, ranges, context, names)
     return _conclude(outcome, (ranges, options, replace(context, closed=closed)), names)
+
+
+def _quieter(problem: SimulationProblem, state: State, context: Context) -> tuple[SimulationProblem, Context]:
+    """Read the noise off the repeats again, beside the better model."""
+    noise, repeat = measure_noise(problem, residual_parts(problem, state), context.pairs)
+    scout = None if context.scout is None else replace(context.scout, noise=noise)
+    return replace(problem, noise=noise), replace(context, repeat_noise=repeat, scout=scout)
 
 
 def _conclude(
@@ -100,16 +131,32 @@ def _conclude(
         return outcome
     if len(outcome.steps) == 1:
         return replace(outcome, unknown=doubt)
-    doubted = patched | {
+    doubted = patched | _shaken(outcome, doubt, (ranges, context, names))
+    kept = _without_steps(outcome, doubted, ranges)
+    if doubted:
+        curves = judge_curves(make_bench(outcome.problem, kept[-1].state, ranges, context), names)
+        places = [curve.place for curve in curves]
+        # What was seen beside the nearest laws says where the right one acts; without them its shape is whole again.
+        same = [p for p in places if doubt is not None and (p.port, p.driver) == (doubt.port, doubt.driver)]
+        doubt = next(iter([*same, *places]), doubt)
+    return replace(outcome, steps=kept, unknown=doubt)
+
+
+def _shaken(
+    outcome: SearchOutcome, doubt: Place | None, rest: tuple[Ranges, Context, Mapping[str, str]]
+) -> set[str]:
+    """Return the names that a doubt takes back: those over its variable, and those that did not explain much more."""
+    ranges, context, names = rest
+    if doubt is None:
+        return set()
+    last = outcome.steps[-1].state
+    left = make_bench(outcome.problem, last, ranges, context).excess
+    place = (doubt.port, _driver_id(doubt, names))
+    return {
         str(step.added)
         for step in outcome.steps[1:]
-        if doubt is not None and _place_of(step) == (doubt.port, _driver_id(doubt, names))
+        if _place_of(step) == place or left > SHAKEN * step.closed
     }
-    kept = _without_steps(outcome, doubted, ranges)
-    if doubted or doubt is None:
-        curves = judge_curves(make_bench(outcome.problem, kept[-1].state, ranges, context), names)
-        doubt = curves[0].place if curves else doubt
-    return replace(outcome, steps=kept, unknown=doubt)
 
 
 def _driver_id(place: Place, names: Mapping[str, str]) -> str:

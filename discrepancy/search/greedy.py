@@ -9,11 +9,12 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from discrepancy.data.repeats import Pair
 from discrepancy.effects.spec import Ranges
 from discrepancy.effects.table import EFFECTS
-from discrepancy.fitting.noise import fit_whitener, innovation_sigma
 from discrepancy.fitting.problem import Noise, SimulationProblem
 from discrepancy.search.judge import held_out
+from discrepancy.search.noise import noise_beside
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import SCAN_KEEP, State, polish, refit, refit_from, scan_effect, without
 
@@ -75,47 +76,6 @@ def fan_out(executor: Executor | None, function: Callable[[A], B], items: Sequen
     return list(executor.map(function, items))
 
 
-def noise_from(problem: SimulationProblem, state: State) -> Noise:
-    """Return the noise model that the residual of a good model shows."""
-    sigma, whitener = {}, {}
-    parts = residual_parts(problem, state)
-    for c, channel in enumerate(problem.series[0].channels):
-        realisations = [record[c] for record in parts]
-        whitener[channel.name] = fit_whitener(realisations)
-        sigma[channel.name] = max(innovation_sigma(realisations, whitener[channel.name]), 1e-12)
-    return Noise(sigma=sigma, whitener=whitener)
-
-
-def noise_beside(problem: SimulationProblem, state: State, known: Noise | None) -> Noise:
-    """Return the noise to judge in: what repeats show, widened by output to what the best model leaves.
-
-    An output that no model follows to its noise (a current between the samples of its loop) must not drown the others.
-    """
-    if known is None:
-        return noise_from(problem, state)
-    sharp = replace(problem, noise=known)
-    residual = sharp.measured() - sharp.flatten(sharp.simulate(state.fit.vector, state.fit.starts))
-    sums: dict[str, FloatArray] = {}
-    at = 0
-    for one in sharp.series:
-        for channel in one.channels:
-            part = residual[at : at + one.n]
-            more = np.array([part @ part, np.count_nonzero(channel.weight)])
-            sums[channel.name] = sums.get(channel.name, np.zeros(2)) + more
-            at += one.n
-    sigma = {name: known.sigma[name] * max(1.0, float(np.sqrt(a / b))) for name, (a, b) in sums.items()}
-    return replace(known, sigma=sigma)
-
-
-def residual_parts(problem: SimulationProblem, state: State) -> list[list[FloatArray]]:
-    """Return measured minus simulated, in SI units, by record and channel."""
-    outputs = problem.simulate(state.fit.vector, state.fit.starts)
-    return [
-        [(channel.values - output[channel.row]) * (channel.weight > 0) for channel in one.channels]
-        for one, output in zip(problem.series, outputs, strict=True)
-    ]
-
-
 def run_round(
     problem: SimulationProblem, state: State, ranges: Ranges, options: SearchOptions, context: "Context"
 ) -> Round:
@@ -154,7 +114,7 @@ def _judge(
     """Judge the best contenders on held-out blocks, in the noise that the best of them leaves (or repeats show)."""
     ranges, options, context = rest
     best = contenders[0]
-    sharp = replace(problem, noise=noise_beside(problem, best.state, context.repeat_noise))
+    sharp = replace(problem, noise=noise_beside(problem, best.state, context.repeat_noise, context.pairs))
     finalists = [c for c in contenders[: options.finalists] if c.white_loss < FAR * best.white_loss]
     before = refit(sharp, state, ranges, 3)
     states = {c.name: c.state for c in finalists}
@@ -255,6 +215,7 @@ class Context:
         signal: standard deviation of the output in units of one sample's noise.
         gap: gap of the recalibrated base model in the same units.
         excess: gap that is left before this round.
+        pairs: stretches that repeat each other, where they were not averaged.
     """
 
     executor: Executor | None
@@ -266,6 +227,7 @@ class Context:
     signal: float = 0.0
     gap: float = 0.0
     excess: float = 0.0
+    pairs: tuple[Pair, ...] = ()
 
     def material(self, options: SearchOptions, present: Sequence[str]) -> float:
         """Return the least closed gap that counts, in units of one sample's noise."""

@@ -7,7 +7,8 @@ import numpy as np
 from discrepancy.effects.spec import Port
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
-from discrepancy.search.greedy import Context, residual_parts
+from discrepancy.search.greedy import Context
+from discrepancy.search.noise import residual_parts
 from discrepancy.search.state import State
 
 LEFT_NOISE = 0.15

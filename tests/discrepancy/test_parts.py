@@ -17,7 +17,8 @@ from discrepancy.fitting.noise import fit_whitener, high_band_sigma
 from discrepancy.locate import locate
 from discrepancy.model.schema import JointModel
 from discrepancy.next_experiment import RigLimits, campaign, candidate_excitations, propose_between
-from discrepancy.search.greedy import fit_all, residual_parts
+from discrepancy.search.greedy import fit_all
+from discrepancy.search.noise import residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import polish, scan_effect
 from discrepancy.simulation import slots as s
