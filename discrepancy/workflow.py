@@ -33,7 +33,7 @@ from discrepancy.search.finish import search
 from discrepancy.search.greedy import Context
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
-from discrepancy.search.state import State
+from discrepancy.search.state import State, with_best_smoothing
 from discrepancy.simulation import slots as s
 from discrepancy.torque.prepare import torque_problem, torque_scorer
 from discrepancy.torque.problem import Motion, read_motion
@@ -209,7 +209,7 @@ def _finish_preparation(
     is_torque = problem.series[0].channels[0].row == TORQUE
     if not is_torque:
         problem = replace(problem, series=merge_repeats(problem.series, pairs))
-    state = replace(state, fit=fit(problem, base, fitted.vector, problem.initial_starts(), 15))
+    state = best_of_starts(problem, state)
     parts = residual_parts(problem, state)
     waves = find_waves(problem.series, [record[0] for record in parts], fitted.vector)
     ranges = replace(signal_ranges(problem.series, fitted.vector), waves=waves)
@@ -241,6 +241,15 @@ def latest_timing(step: float) -> float:
     transport delay.
     """
     return max(0.5 * step, min(3.0 * step, LATENCY_S))
+
+
+def best_of_starts(problem: SimulationProblem, state: State) -> State:
+    """Return the base model fitted from the measured starting speed or from rest: a smoothed speed errs at its ends."""
+    starts = problem.initial_starts()
+    at_rest = tuple(start * np.array([0.0, 1.0]) for start in starts)
+    fits = [fit(problem, state.base, state.fit.vector, one, 15) for one in (starts, at_rest)]
+    best = replace(state, fit=min(fits, key=lambda one: one.loss))
+    return with_best_smoothing(problem, best)
 
 
 def scout_problem(problem: SimulationProblem) -> SimulationProblem:

@@ -92,7 +92,8 @@ class SimulationProblem:
         for one, start in zip(self.series, starts, strict=True):
             output = simulate_record(vector, one.time_s, one.input, one.angle, one.windows, start)
             if vector[s.OUTPUT_SMOOTHING] > 0.0:
-                smooth_speed(output[SPEED], one.windows, one.step, float(vector[s.OUTPUT_SMOOTHING]))
+                constant, order = float(vector[s.OUTPUT_SMOOTHING]), float(vector[s.SMOOTHING_ORDER])
+                smooth_speed(output[SPEED], one.windows, one.step, constant, order)
             outputs.append(output)
         return outputs
 

@@ -129,7 +129,7 @@ class LawMaker:
             speed = measured_speed(one)
             if simulated is not None and channel.row == SPEED:
                 speed = values
-            signals = _signals(one, speed, float(bare[s.OUTPUT_SMOOTHING]))
+            signals = _signals(one, speed, (float(bare[s.OUTPUT_SMOOTHING]), float(bare[s.SMOOTHING_ORDER])))
             y = values - left_out[k][channel.row]
             if channel.row != TORQUE and not view.output:
                 y = _missing(one, signals, bare)
@@ -137,13 +137,13 @@ class LawMaker:
         return _join(parts, view)
 
 
-def _signals(one: Series, speed: FloatArray, smoothing_s: float) -> dict[Signal, FloatArray]:
+def _signals(one: Series, speed: FloatArray, smoothing: tuple[float, float]) -> dict[Signal, FloatArray]:
     """Return all signals smoothed alike; the speed column was smoothed once before, the input was not."""
     width = max(0.5, SMOOTH_S / one.step)
     smooth = np.asarray(gaussian_filter1d(speed, width))
     current = one.input.copy()
-    if smoothing_s > 0.0:
-        smooth_speed(current, one.windows, one.step, smoothing_s)
+    if smoothing[0] > 0.0:
+        smooth_speed(current, one.windows, one.step, *smoothing)
     current = np.asarray(gaussian_filter1d(current, width))
     found = {
         Signal.SPEED: smooth,

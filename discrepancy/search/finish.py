@@ -16,7 +16,7 @@ from discrepancy.search.greedy import Context, Equivalent, Round, run_round
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.remainder import find_remainder
-from discrepancy.search.state import State, refit, without
+from discrepancy.search.state import State, refit, with_best_smoothing, without
 
 MANY_MINOR = 3
 MINOR_SHARE = 0.15
@@ -93,7 +93,7 @@ def search(
         rounds.append(done)
         if done.winner is None:
             break
-        current = refit(problem, done.winner.state, ranges, 3)
+        current = with_best_smoothing(problem, refit(problem, done.winner.state, ranges, 3))
         closed = float(np.hypot(closed, done.winner.closed))
         steps.append(
             Step(

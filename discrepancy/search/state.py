@@ -12,6 +12,7 @@ from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.levenberg import Fit, fit
 from discrepancy.fitting.parameters import FitParameter, clear_effect, effect_parameters, write_start
 from discrepancy.fitting.problem import SimulationProblem, Starts
+from discrepancy.simulation import slots as s
 
 SCAN_KEEP = 2
 CHAOTIC_WINDOW_S = 1.0
@@ -82,6 +83,16 @@ def refit(
     """Fit the model again from where it stands."""
     parameters = parameters_of(state.base, state.given, state.added, ranges)
     return replace(state, fit=fit(problem, parameters, state.fit.vector, state.fit.starts, iterations))
+
+
+def with_best_smoothing(problem: SimulationProblem, state: State, iterations: int = 4) -> State:
+    """Return the state with the order of the speed's smoothing that fits better; nobody says which was used."""
+    vector = state.fit.vector.copy()
+    if vector[s.OUTPUT_SMOOTHING] <= 0.0:
+        return state
+    vector[s.SMOOTHING_ORDER] = 5.0 - vector[s.SMOOTHING_ORDER]
+    other = fit(problem, state.fit.parameters, vector, state.fit.starts, iterations)
+    return replace(state, fit=other) if other.loss < state.fit.loss else state
 
 
 def refit_from(problem: SimulationProblem, state: State, starts: Starts) -> Fit:
