@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.blind.score import classify, wilson
+from benchmarks.blind.judge import Worth, classify, wilson
 
 
 def answer(verdict: str, *added: tuple[str, list[object]]) -> dict[str, object]:
@@ -49,7 +49,7 @@ COULOMB: tuple[str, list[object]] = ("coulomb_friction", [])
 def test_the_verdict_and_every_standing_name_count(
     hidden: list[str], given: dict[str, object], worth: str
 ) -> None:
-    assert classify(hidden, given) == worth
+    assert classify(hidden, given) is Worth(worth)
 
 
 def test_interval_agrees_with_the_published_example() -> None:
