@@ -15,6 +15,8 @@ from benchmarks.blind.gap import Linear, gap_of, rms
 from benchmarks.blind.mapping import Truth, joint_figures, true_values
 from benchmarks.blind.question import SPEED, Answer, Json, Question
 from benchmarks.blind.rig import OBSERVER_HZ, Played, UnusableRunError, play
+from daq.recording.derived_speed import describe_speed
+from daq.speed.filters import DEFAULT_OPTIONS
 from mock_dsp.scenario.rig_constants import MechanicsConstants, RigConstants, SensorConstants
 from mock_dsp.scenario.schema import Effect, Scenario
 
@@ -81,7 +83,12 @@ def _make(case: Case, condition: Condition, generator: np.random.Generator) -> M
     }
     test = session.records["test0"]
     answer = _answer(case, session, rms(columns["test0"][SPEED] - test.clean_speed), noise)
-    question = Question(model=nameplate(session), step_s=TICK_S, records=columns)
+    question = Question(
+        model=nameplate(session),
+        step_s=TICK_S,
+        records=columns,
+        metadata={} if session.tacho else {"speed": describe_speed("position_rad", TICK_S, DEFAULT_OPTIONS)},
+    )
     return Made(question=question, answer=answer, clean_test=test.clean_speed)
 
 
@@ -202,7 +209,11 @@ def _answer(case: Case, session: Session, noise_rms: float, noise: AddedNoise) -
         gap_recalibrated={name: left / noise_rms for name, (_, left) in gaps.items()},
         gap_total=_gap_without(session, set(truths))[0] / noise_rms if truths else 0.0,
         noise_rms=noise_rms,
-        notes={"added_noise": noise.text, "training_records": float(len(session.records) - 1)},
+        notes={
+            "added_noise": noise.text,
+            "training_records": float(len(session.records) - 1),
+            "viscous_friction": joint_figures(session.rig).viscous,
+        },
     )
 
 

@@ -94,6 +94,13 @@ def _swing(v: Values, joint: JointFigures) -> dict[str, float]:
     return _wave(part, v["phase_rad"] + 0.5 * math.pi, 1.0 / joint.ratio)
 
 
+def _bent(v: Values) -> dict[str, float]:
+    wave = v["cycles"] / 10.0
+    # The model's angle begins where the potentiometer says; the true one begins at 0, where it errs already.
+    first = v["amplitude_rad"] * math.sin(v["phase_rad"])
+    return _wave(v["amplitude_rad"], v["phase_rad"] - wave * first, wave)
+
+
 def _warming(v: Values, joint: JointFigures) -> dict[str, float]:
     part = v["fraction"] * joint.load_viscous / joint.viscous
     return {"change_until_end": change_until_end(part, v["time_constant_s"])}
@@ -143,8 +150,6 @@ _CONVERTED: Mapping[str, Callable[[Values, JointFigures], Truth]] = {
     "torque_constant_drift": lambda v, _: Truth(
         derived={"change_until_end": change_until_end(v["fraction"], v["time_constant_s"])}
     ),
-    "potentiometer_nonlinearity": lambda v, _: Truth(
-        parameters=_wave(v["amplitude_rad"], v["phase_rad"], v["cycles"] / 10.0)
-    ),
+    "potentiometer_nonlinearity": lambda v, _: Truth(parameters=_bent(v)),
     "rectified_speed_sensor": lambda _, __: Truth(parameters={"share": 1.0}),
 }

@@ -24,11 +24,13 @@ class Question:
     Attributes:
         model: content of a model file.
         records: columns by label; labels begin with `train` or `test`.
+        metadata: of every recording, as the driver writes it: how the speed was derived from the position.
     """
 
     model: Json
     step_s: float
     records: Mapping[str, Mapping[str, FloatArray]]
+    metadata: Json = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,7 +78,7 @@ def write_question(question: Question, folder: Path) -> None:
         for name, values in columns.items()
     }
     np.savez(folder / "records.npz", **arrays)  # type: ignore[arg-type]  # savez takes any array by keyword
-    text = json.dumps({"model": question.model, "step_s": question.step_s})
+    text = json.dumps({"model": question.model, "step_s": question.step_s, "metadata": question.metadata})
     (folder / "question.json").write_text(text, encoding="utf-8")
 
 
@@ -88,7 +90,7 @@ def read_question(folder: Path) -> Question:
         for key in file.files:
             label, name = key.split("/")
             records.setdefault(label, {})[name] = file[key]
-    return Question(model=head["model"], step_s=head["step_s"], records=records)
+    return Question(**head, records=records)
 
 
 def write_answer(answer: Answer, clean_test: FloatArray, step_s: float, path: Path) -> None:

@@ -44,7 +44,7 @@ class Records:
 def recordings(question: Question) -> Records:
     """Return the recordings of a case."""
     found = {
-        label: recording_from_columns(columns, sample_time_s=question.step_s)
+        label: recording_from_columns(columns, sample_time_s=question.step_s, metadata=question.metadata)
         for label, columns in question.records.items()
     }
     return Records(
