@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from pysindy.optimizers import FROLS, STLSQ
 
 from benchmarks.blind.question import Json, Question, read_question
-from benchmarks.blind.serve import Request, serve
+from benchmarks.blind.serve import CountingSolver, serve
 from benchmarks.blind.sindy_library import Balance, balance
 
 FloatArray = NDArray[np.float64]
@@ -73,8 +73,15 @@ class Settings:
 
 
 SETTINGS = Settings(
-    method=Method.FROLS, window_s=0.5, ridge=1e-4, threshold=0.0, most=1, measure=Measure.PRODUCT, gate=0.5
+    method=Method.STLSQ,
+    window_s=2.0,
+    ridge=0.05,
+    threshold=0.2,
+    most=1,
+    measure=Measure.SHARE,
+    gate=0.09642418819432874,
 )
+"""Best of 276 on development seeds: 47 of 74 visible cases at full strength right, 23 wrong, 2 of 200 false alarms."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,13 +185,8 @@ def solve(folder: Path, verdict: Path, order: int = 0) -> None:
     verdict.with_suffix(".json").write_text(json.dumps(content, indent=1), encoding="utf-8")
 
 
-def handle(request: Request) -> None:
-    """Solve the case that a request describes."""
-    solve(Path(request["question"]), Path(request["verdict"]))
-
-
 if __name__ == "__main__":
     if len(sys.argv) > 1:
         solve(Path(sys.argv[1]), Path(sys.argv[2]))
     else:
-        serve(handle)
+        serve(CountingSolver(solve))

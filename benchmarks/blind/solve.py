@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.blind.question import SPEED, Json, Question, read_question, stride
-from benchmarks.blind.serve import Request, serve
+from benchmarks.blind.serve import CountingSolver, serve
 from daq.recording.recording import Recording, cut, recording_from_columns
 from discrepancy.errors import GapInputError
 from discrepancy.model.reader import model_to_dict, parse_model
@@ -112,20 +112,8 @@ def in_windows(model: JointModel, test: Recording) -> FloatArray:
     return np.concatenate([*speeds, np.full(rest, np.nan)])
 
 
-class Counter:
-    """Handles requests and counts them: the first case of a process pays for loading compiled code."""
-
-    def __init__(self) -> None:
-        self._done = 0
-
-    def __call__(self, request: Request) -> None:
-        """Solve the case that a request describes."""
-        self._done += 1
-        solve(Path(request["question"]), Path(request["verdict"]), self._done - 1)
-
-
 if __name__ == "__main__":
     if len(sys.argv) > 1:
         solve(Path(sys.argv[1]), Path(sys.argv[2]))
     else:
-        serve(Counter())
+        serve(CountingSolver(solve))
