@@ -1,12 +1,27 @@
 """Seeds of the blind benchmark, written down before anything was scored.
 
 Development seeds may be looked at while the workflow changes; scoring seeds are run when it is finished, and nothing is
-changed because of what they show. The second truth (tests/discrepancy/truth) has its own two ranges: nothing is
-tuned on it.
+changed because of what they show. Every condition (`conditions.py`) owns a block of each: BLOCK seeds from
+`base + BLOCK * number`, where number is the condition's own and never changes. Within a block the seed of the k-th case
+of the j-th id is `start + PER_ID * j + k`.
 """
 
-DEVELOPMENT = range(1000, 1100)
-SCORING = range(500_000, 500_100)
-NULL_SCORING = range(600_000, 601_000)
-SECOND_TRUTH_DEVELOPMENT = range(1, 400)
-SECOND_TRUTH_SCORING = range(700_000, 700_400)
+DEVELOPMENT_BASE = 1_000_000
+SCORING_BASE = 20_000_000
+BLOCK = 10_000
+PER_ID = 100
+
+SPENT_SCORING = (range(500_000, 500_100), range(600_000, 601_000), range(700_000, 700_400))
+"""Scoring seeds of the first workflow; three of them were looked at, so none is used again."""
+
+
+def development_seeds(number: int) -> range:
+    """Return the development seeds of the condition with this number."""
+    start = DEVELOPMENT_BASE + BLOCK * number
+    return range(start, start + BLOCK)
+
+
+def scoring_seeds(number: int) -> range:
+    """Return the scoring seeds of the condition with this number."""
+    start = SCORING_BASE + BLOCK * number
+    return range(start, start + BLOCK)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,13 +88,39 @@ def _stribeck(level: float, ratio: float, speed: float) -> dict[str, float]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """One hidden case: columns of two or three training records and one test record."""
+    """One hidden case: columns of one or two training records and one test record.
+
+    Attributes:
+        clean_test: test speed without noise.
+        test_wave: command of the test.
+        how: what a sample means: `instant`, `mean` or `hold`.
+    """
 
     hidden: tuple[str, ...]
     joint: Joint
     train: tuple[dict[str, FloatArray], ...]
     test: dict[str, FloatArray]
     clean_test: FloatArray
+    test_wave: Wave
+    how: str
+
+
+def bare_test(case: Case) -> FloatArray:
+    """Return the noise-free test speed that the nameplate's joint predicts of the recorded current.
+
+    Without the hidden effects, and under the current as a wrong sensor shows it.
+    """
+    offset, gain = case.joint.has("current_sensor_offset"), case.joint.has("current_sensor_gain")
+
+    def shown(t: float) -> float:
+        return case.test_wave(t) * (gain["gain"] if gain else 1.0) + (offset["offset"] if offset else 0.0)
+
+    step = float(case.test["time_s"][1])
+    duration = step * (case.clean_test.size - 1)
+    trace, _ = _trace(replace(case.joint, hidden={}), shown, duration, step, case.how)
+    return sample(
+        trace.sensed, round(step / float(trace.time_s[1])), "mean" if case.how == "mean" else "instant"
+    )
 
 
 def rich_wave(rng: np.random.Generator, duration_s: float) -> Wave:
@@ -155,7 +181,10 @@ def make_case(
     traces = {key: _trace(joint, wave, duration, step, how) for key, wave in distinct.items()}
     records = [_measure(joint, *traces[id(wave)], rng, noise, step, how) for wave in waves]
     *train, test = records
-    return Case(hidden=names, joint=joint, train=tuple(c for c, _ in train), test=test[0], clean_test=test[1])
+    return Case(
+        hidden=names, joint=joint, train=tuple(c for c, _ in train), test=test[0], clean_test=test[1],
+        test_wave=waves[-1], how=how,
+    )  # fmt: skip
 
 
 def _trace(joint: Joint, wave: Wave, duration: float, step: float, how: str) -> tuple[Trace, FloatArray]:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.blind.score import classify, wilson
+from benchmarks.blind.judge import Worth, classify, finds_place, wilson
 
 
 def answer(verdict: str, *added: tuple[str, list[object]]) -> dict[str, object]:
@@ -49,7 +49,34 @@ COULOMB: tuple[str, list[object]] = ("coulomb_friction", [])
 def test_the_verdict_and_every_standing_name_count(
     hidden: list[str], given: dict[str, object], worth: str
 ) -> None:
-    assert classify(hidden, given) == worth
+    assert classify(hidden, given) is Worth(worth)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "worth"), [("none", Worth.RIGHT), ("unknown", Worth.UNKNOWN), ("named", Worth.MISS)]
+)
+def test_a_gain_of_the_current_sensor_may_be_told_as_another_torque_constant(
+    verdict: str, worth: Worth
+) -> None:
+    given = answer(verdict) | {"parameter_changes": [{"parameter": "torque_constant"}]}
+    assert classify(["current_sensor_gain"], given) is worth
+
+
+def test_a_name_beside_the_corrected_torque_constant_is_wrong() -> None:
+    given = answer("named", COULOMB) | {"parameter_changes": [{"parameter": "torque_constant"}]}
+    assert classify(["current_sensor_gain"], given) is Worth.WRONG
+
+
+def test_a_named_gain_is_right_too() -> None:
+    assert classify(["current_sensor_gain"], answer("named", ("current_sensor_gain", []))) is Worth.RIGHT
+
+
+def test_unknown_at_the_right_place_is_told_from_unknown_elsewhere() -> None:
+    found = [
+        finds_place(["sticky_spot"], {"unknown": {"port": "torque", "driver": driver}})
+        for driver in ("position_rad", "time_s")
+    ]
+    assert found == [True, False]
 
 
 def test_interval_agrees_with_the_published_example() -> None:
