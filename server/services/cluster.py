@@ -37,6 +37,7 @@ class ClusterPool(Executor):
 
     Attributes:
         shipped_bytes: pickled functions and arguments sent so far.
+        spared_bytes: what sending them with every task would have added.
         tasks: tasks sent so far.
         slots: how many run at a time.
     """
@@ -58,7 +59,8 @@ class ClusterPool(Executor):
         self._open: set[Future[Any]] = set()
         self._lock = threading.Lock()
         self._ended = threading.Event()
-        self.shipped_bytes, self.tasks = 0, 0
+        self._lost: RunFailedError | None = None
+        self.shipped_bytes, self.spared_bytes, self.tasks = 0, 0, 0
         try:
             self.slots = _check_workers(self._client, address)
         except InputError:
@@ -74,8 +76,11 @@ class ClusterPool(Executor):
 
         Raises:
             CampaignStoppedError: a stop was asked for.
+            RunFailedError: the cluster is gone.
         """
         refuse_after_stop(self._stop)
+        if self._lost is not None:
+            raise RunFailedError(str(self._lost))
         item = pickle.dumps((args, kwargs), protocol=5)
         shared = self._ship(fn)
         self.tasks += 1
@@ -104,6 +109,8 @@ class ClusterPool(Executor):
         if key not in self._shipments:
             self._shipments[key] = self._client.submit(load_shipment, content, key=key)
             self.shipped_bytes += len(content)
+        else:
+            self.spared_bytes += len(content)
         self._shipments.move_to_end(key)
         while len(self._shipments) > KEPT_SHIPMENTS:
             self._shipments.popitem(last=False)  # the scheduler keeps it as long as a task needs it
@@ -144,7 +151,7 @@ class ClusterPool(Executor):
                 return
 
     def _give_up(self) -> None:
-        error = RunFailedError(
+        self._lost = error = RunFailedError(
             f"the cluster {self._address} has had no worker for {EMPTY_CLUSTER_S:.0f} s; start workers "
             f"(dask worker {self._address} --nthreads 1) and run again"
         )
@@ -174,6 +181,7 @@ def versions() -> dict[str, str]:
 def _connect(address: str) -> Any:  # Any: distributed ships no types
     try:
         import distributed
+        from distributed.comm.addressing import get_address_host_port
     except ImportError as error:
         raise InputError(
             "--cluster needs Dask, which is not installed here; install the extra: pip install 'jointscope[cluster]'"
@@ -182,7 +190,7 @@ def _connect(address: str) -> Any:  # Any: distributed ships no types
     client: Any = distributed.Client  # untyped
     try:
         # Dask tries for long and leaves threads behind where nobody listens: knock first.
-        socket.create_connection(distributed.core.get_address_host_port(address), CONNECT_S).close()
+        socket.create_connection(get_address_host_port(address), CONNECT_S).close()
         return client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InputError(

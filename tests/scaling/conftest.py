@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,14 +30,20 @@ class DaskProcesses:
         """Start a scheduler and its workers, without nannies: a killed worker stays dead."""
         contact = self.folder / "scheduler.json"
         self._run("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(contact))
-        for _ in range(2000):
-            if contact.exists():
-                break
-            Event().wait(0.01)
-        self.address = json.loads(contact.read_text())["address"]
+        self.address = self._read_address(contact)
         for number in range(workers):
             options = ("--nthreads", "1", "--no-nanny", "--name", str(number), "--host", "127.0.0.1")
             self.workers.append(self._run("worker", self.address, *options))
+
+    def _read_address(self, contact: Path) -> str:
+        """Wait for the file in which the scheduler says where it listens."""
+        deadline_s = time.monotonic() + 60.0
+        while time.monotonic() < deadline_s:
+            try:
+                return str(json.loads(contact.read_text())["address"])
+            except (OSError, ValueError):  # not there yet, or half written
+                Event().wait(0.02)
+        raise TimeoutError("the Dask scheduler did not start within 60 s")
 
     def _run(self, kind: str, *options: str) -> "subprocess.Popen[bytes]":
         environment = {
