@@ -68,15 +68,15 @@ def read_joint_model(path: Path) -> "JointModel":
     Raises:
         InputError: no such file, or not a model; names file and field.
     """
+    from discrepancy.errors import ModelFileError
     from discrepancy.model.reader import read_model
 
     if not path.is_file():
         raise InputError("no such model file; see config/models/", InputLocation(source=path))
     try:
         return read_model(path)
-    except (ValueError, TypeError) as error:  # TypeError: a value of a kind that no key takes
-        text = str(error)
-        raise InputError(text if str(path) in text else f"{path}: not a model file: {text}") from error
+    except ModelFileError as error:
+        raise InputError(str(error)) from error
 
 
 def open_for_model(path: Path, model: "JointModel") -> Recording:
