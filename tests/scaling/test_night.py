@@ -7,17 +7,8 @@ from benchmarks.scaling import Cost, CountingExecutor, report
 
 
 def test_a_night_is_computed_from_the_mean_cost() -> None:
-    costs = [
-        Cost(
-            hidden="a",
-            verdict="named",
-            cpu_s=cpu,
-            memory_bytes=400_000_000,
-            input_bytes=5_000_000,
-            answer_bytes=10**6,
-        )
-        for cpu in (20.0, 41.2)
-    ]
+    sizes = {"memory_bytes": 400_000_000, "input_bytes": 5_000_000, "answer_bytes": 1_000_000}
+    costs = [Cost(hidden="a", verdict="named", cpu_s=cpu, **sizes) for cpu in (20.0, 41.2)]
     traffic = CountingExecutor()
     assert list(traffic.map(abs, [-1, -2])) == [1, 2]
     text = report(costs, traffic)
@@ -44,4 +35,4 @@ def test_the_page_has_the_place_for_the_tables() -> None:
 
 def test_a_task_that_fails_is_not_hidden() -> None:
     with pytest.raises(TypeError):
-        CountingExecutor().submit(abs, "text")  # type: ignore[arg-type]  # the wrong type is the test
+        CountingExecutor().submit(abs, "text")
