@@ -77,9 +77,11 @@ def _solve(job: JointJob, folder: Path) -> JointAnswer:
     request = GapRequest(model=here.model, train=here.train, test=here.test)
     analysis = analyse(request, folder / "out", lambda _: None, None)
     result = analysis.result
-    files = {path.name: path.read_bytes() for path in analysis.files}
+    files = {
+        path.name: _original_names(path.read_text(encoding="utf-8"), job, folder).encode()
+        for path in analysis.files
+    }
     files["report.html"] = share_plotly(files["report.html"].decode()).encode()
-    files["gap.json"] = _original_names(files["gap.json"].decode(), job, folder).encode()
     entry = {
         "joint": job.joint.joint,
         "error": None,
@@ -106,6 +108,7 @@ def _unpack(job: JointJob, folder: Path) -> FleetJoint:
         return job.joint
     paths = _unpacked_paths(job, folder)
     for path, content in zip(paths, job.contents, strict=True):
+        path.parent.mkdir()
         path.write_bytes(content)
     split = 1 + len(job.joint.train)
     return FleetJoint(
@@ -114,13 +117,14 @@ def _unpack(job: JointJob, folder: Path) -> FleetJoint:
 
 
 def _unpacked_paths(job: JointJob, folder: Path) -> list[Path]:
-    return [folder / f"{number}_{path.name}" for number, path in enumerate(job.joint.files)]
+    return [folder / str(number) / path.name for number, path in enumerate(job.joint.files)]
 
 
 def _original_names(text: str, job: JointJob, folder: Path) -> str:
-    """Replace the names of unpacked files by those that the user knows."""
+    """Replace the names of unpacked files by those that the user knows, also where a drawing has escaped them."""
     for here, there in zip(_unpacked_paths(job, folder), job.joint.files, strict=True):
-        text = text.replace(str(here), str(there))
+        for slash in ("/", "\\u002f", "\\/"):
+            text = text.replace(str(here).replace("/", slash), str(there).replace("/", slash))
     return text
 
 

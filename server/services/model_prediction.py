@@ -109,12 +109,10 @@ def _kernel_vector(model: JointModel) -> Floats:
 
 def _simulate(vector: Floats, current: Floats, position_rad: float, step_s: float) -> tuple[Floats, Floats]:
     from discrepancy.data.series import POSITION, SPEED
-    from discrepancy.fitting.problem import safe_step
-    from discrepancy.simulation import slots as s
+    from discrepancy.fitting.problem import Noise, SimulationProblem
     from discrepancy.simulation.kernels.joint import simulate_record
 
-    prepared = vector.copy()
-    prepared[s.MAX_STEP] = safe_step(vector, step_s)
+    prepared = SimulationProblem(series=(), noise=Noise(sigma={})).prepare(vector)
     time_s = np.arange(current.size, dtype=np.float64) * step_s
     starts = np.array([[0.0, position_rad]])
     out = simulate_record(prepared, time_s, current, np.empty(0), np.array([-1], dtype=np.int64), starts)

@@ -69,6 +69,8 @@ def test_a_fleet_on_a_cluster_that_loses_a_worker_gives_the_same_answers(
     assert here.counts == there.counts
     assert answers(tmp_path / "here") == answers(tmp_path / "there")
     assert answers(tmp_path / "here").keys() == {"rough", "short"}
+    # The worker's own copies of the files are nobody's business.
+    assert not any(b"jointscope-" in path.read_bytes() for path in (tmp_path / "there").glob("*/*.*"))
 
 
 @pytest.mark.parametrize(
