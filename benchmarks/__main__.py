@@ -23,6 +23,7 @@ PROGRAMS = {
     "estimators_ranking": "does the paper's ranking appear, and by which figure",
     "paper_campaign": "the two 1001 s experiments, end to end",
     "command_line": "first estimate from the command line, cold and warm",
+    "scaling": "what a night of 10,000 joints needs",
     "soak": "half an hour at 1x with the other core busy",
 }
 ONLY_WHEN_NAMED = ("soak",)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.recording.recording import Recording
+from discrepancy.data.clean import LEAST_TO_SIMULATE
 from discrepancy.data.series import Series, channel_row, read_series
 from discrepancy.errors import GapInputError
 from discrepancy.evaluate import simulate_series
@@ -58,7 +59,7 @@ def simulate_recording(model: JointModel, recording: Recording, label: str) -> S
         GapInputError: no input column, a broken time axis, or a model whose simulation diverges.
     """
     measured_outputs = tuple(name for name in model.outputs if name in recording.columns)
-    series = read_series(recording, replace(model, outputs=measured_outputs), label)
+    series = read_series(recording, replace(model, outputs=measured_outputs), label, LEAST_TO_SIMULATE)
     vector = model_vector(model)
     if model.input_hold is InputHold.HOLD:
         vector[s.INPUT_SHIFT] = 0.5 * series.step

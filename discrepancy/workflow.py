@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from daq.recording.recording import Recording
 from discrepancy.assemble import assemble, column_names
 from discrepancy.data.checks import check_inputs
+from discrepancy.data.identifiable import hold_unidentified
 from discrepancy.data.ranges import find_waves, signal_ranges
 from discrepancy.data.repeats import find_repeats, merge_repeats
 from discrepancy.data.series import CURRENT, SPEED, TORQUE, Series, bin_series, cut_windows, read_series
@@ -81,6 +82,8 @@ def run_gap(
     train = [read_series(record, model, f"train[{i}]") for i, record in enumerate(train_records)]
     test = [read_series(record, model, f"test[{i}]") for i, record in enumerate(test_records)]
     notes = scale_notes + check_inputs(model, train, test)
+    model, held = hold_unidentified(model, train)
+    notes += held
     prepared = prepare_simulation(model, train, chosen.executor)
     names = column_names(model)
     context = prepared.context

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from daq.excitation.check import Nameplate
+from daq.excitation.check import MotionPredictor, Nameplate
 from daq.excitation.spec import Excitation, Setpoints
 from daq.protocol.reports import Event
 from daq.protocol.round_trip import LinkOptions
@@ -61,7 +61,7 @@ class RecordPlan:
     Attributes:
         excitation: What is played.
         duration_s: Length of the recording from the excitation's first tick, s.
-        nameplate: The joint as documented, to predict where the excitation takes it.
+        nameplate: The joint as documented, or who knows it better, to predict where the excitation takes it.
         slew_limit_a_s: Steepest change of the reference that belt and gear bear, A/s.
         stream: What is recorded.
         centring: Hold the joint's mean position by the controller's slow loop.
@@ -70,7 +70,7 @@ class RecordPlan:
 
     excitation: Excitation | Setpoints
     duration_s: float
-    nameplate: Nameplate
+    nameplate: Nameplate | MotionPredictor
     slew_limit_a_s: float = 10_000.0
     stream: StreamPlan = field(default_factory=StreamPlan)
     centring: bool = True

@@ -10,10 +10,12 @@ slow centring loop when it is on:
     x'     = 2 pi f * (theta - x)
 
 a linear system, discretised exactly for an input held over a few ticks. Friction and cogging are left out, both of
-which only slow the joint down; against a wrong nameplate the controller has its own limits.
+which only slow the joint down; against a wrong nameplate the controller has its own limits. A caller that knows the
+joint better hands over a `MotionPredictor` in the nameplate's place.
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,6 +87,21 @@ class StartCondition:
     tick_hz: int = 2500
 
 
+class MotionPredictor(Protocol):
+    """Knows the joint better than its nameplate does."""
+
+    def predict_motion(
+        self, reference: Floats, start: StartCondition, step_s: float
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return centring current (A), speed (rad/s) and position (rad), shape (n,) each.
+
+        Args:
+            reference: Current averaged over each step, A, shape (n,).
+            start: How the run begins.
+            step_s: Length of a step, s.
+        """
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExcitationReport:
     """What an excitation is predicted to do.
@@ -111,7 +128,10 @@ class ExcitationReport:
 
 
 def check_excitation(
-    excitation: Excitation | Setpoints, limits: RigLimits, nameplate: Nameplate, start: StartCondition
+    excitation: Excitation | Setpoints,
+    limits: RigLimits,
+    nameplate: Nameplate | MotionPredictor,
+    start: StartCondition,
 ) -> ExcitationReport:
     """Predict what `excitation` does to the rig and refuse it when a limit would be exceeded.
 
@@ -133,7 +153,10 @@ def check_excitation(
 
 
 def predict_excitation(
-    excitation: Excitation | Setpoints, limits: RigLimits, nameplate: Nameplate, start: StartCondition
+    excitation: Excitation | Setpoints,
+    limits: RigLimits,
+    nameplate: Nameplate | MotionPredictor,
+    start: StartCondition,
 ) -> ExcitationReport:
     """Return what `excitation` would do, without judging it."""
     length = run_length(excitation, start.tick_hz)
@@ -143,7 +166,10 @@ def predict_excitation(
         )
     mean, slew_a = _reference(excitation, length, start.tick_hz)
     step_s = _STEP_TICKS / start.tick_hz
-    centring, speed, position = _simulate(mean, nameplate, start, step_s)
+    if isinstance(nameplate, Nameplate):
+        centring, speed, position = _simulate(mean, nameplate, start, step_s)
+    else:
+        centring, speed, position = nameplate.predict_motion(mean, start, step_s)
     squared = (mean + centring) ** 2 + limits.flux_current_a**2
     return ExcitationReport(
         duration_s=length / start.tick_hz,

@@ -38,6 +38,32 @@ def simulate_joint(
 
 
 @njit(cache=True)
+def simulate_driven(current: Floats, deviation: Floats, transition: Floats, drive: Floats) -> Floats:
+    """Run x[k+1] = transition x[k] + drive (current[k], deviation[k]) from rest, x = (position, speed, slow position).
+
+    Args:
+        current: A, held over each step, shape (n,).
+        deviation: added to the position that the low-pass sees, rad, shape (n,).
+        transition: transition matrix of one step, shape (3, 3).
+        drive: response of the state to each input held over one step, shape (3, 2).
+
+    Returns:
+        Position and slow position after each step, rad, shape (2, n).
+    """
+    n = current.size
+    out = np.empty((2, n))
+    state, new = np.zeros(3), np.zeros(3)
+    for k in range(n):
+        for row in range(3):
+            new[row] = drive[row, 0] * current[k] + drive[row, 1] * deviation[k]
+            for column in range(3):
+                new[row] += transition[row, column] * state[column]
+        state[:] = new
+        out[0, k], out[1, k] = state[0], state[2]
+    return out
+
+
+@njit(cache=True)
 def average_heat(heat: Floats, share: float) -> Floats:
     """Return the first-order average of `heat`, shape (n,), which takes `share` of each new value."""
     average = np.empty(heat.size)

@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
+from scipy.ndimage import rank_filter
 
 from discrepancy.errors import GapInputError
 
@@ -13,28 +13,55 @@ HOLE_STEPS = 3.0
 """A pause longer than this many nominal steps is a hole: the simulation starts anew behind it."""
 OUTLIER_DEVIATIONS = 12.0
 """Distance from the running median, in robust standard deviations, at which a sample is no measurement."""
+PAIR_FACTOR = 3.0
+"""How many times larger a spike must be if one of its neighbours may be a spike as well."""
+MOST_SPIKES = 0.02
+MOST_MISSING = 0.2
 MIN_SAMPLES = 400
+"""What naming an effect takes; below it no held-out block is longer than the noise."""
+LEAST_TO_SIMULATE = 4
 
 
-def check_time(time_s: FloatArray, label: str) -> float:
+def check_time(time_s: FloatArray, label: str, least: int = MIN_SAMPLES) -> float:
     """Return the nominal step of a time axis.
+
+    Args:
+        time_s: s, shape (n,).
+        label: what messages call the recording.
+        least: samples that the purpose needs.
 
     Raises:
         GapInputError: too few samples, or time that does not run forwards.
     """
-    if time_s.size < MIN_SAMPLES:
+    if time_s.size < least:
+        purpose = "to name an effect" if least == MIN_SAMPLES else "to simulate"
         raise GapInputError(
-            f"{label}: {time_s.size} samples are too few to name an effect; at least {MIN_SAMPLES} are needed, "
-            f"record longer"
+            f"{label}: {time_s.size} samples are too few {purpose}; at least {least} are needed, record longer"
+        )
+    wrong = np.flatnonzero(~np.isfinite(time_s))
+    if wrong.size:
+        raise GapInputError(
+            f"{label}: time_s is no number at row {wrong[0]} ({time_s[wrong[0]]}), {wrong.size} rows in all; "
+            "repair the recording"
         )
     steps = np.diff(time_s)
-    if not np.all(np.isfinite(time_s)) or np.any(steps <= 0.0):
-        at = int(np.argmax(~(steps > 0.0)))
-        raise GapInputError(
-            f"{label}: time_s does not rise at row {at + 1} ({time_s[at]} then {time_s[at + 1]} s); sort or "
-            f"repair the recording"
-        )
+    _check_steps(time_s, steps, label)
     return float(np.median(steps))
+
+
+def _check_steps(time_s: FloatArray, steps: FloatArray, label: str) -> None:
+    wrong = np.flatnonzero(steps <= 0.0)
+    if not wrong.size:
+        return
+    at, back = int(wrong[0]), np.flatnonzero(steps < 0.0)
+    if back.size:
+        at = int(back[0])
+        why = f"it runs backwards {back.size} times; sort or repair the recording, or cut it there into two"
+    else:
+        why = f"{wrong.size} rows repeat the time before them; keep one row of each time"
+    raise GapInputError(
+        f"{label}: time_s does not rise at row {at + 1} ({time_s[at]} then {time_s[at + 1]} s): {why}"
+    )
 
 
 def find_holes(time_s: FloatArray, step: float) -> NDArray[np.int64]:
@@ -45,22 +72,41 @@ def find_holes(time_s: FloatArray, step: float) -> NDArray[np.int64]:
 def find_outliers(values: FloatArray) -> BoolArray:
     """Mark samples that are no measurement: not finite, or single spikes far outside all their neighbours."""
     bad: BoolArray = ~np.isfinite(values)
-    filled = np.where(bad, np.nanmedian(values) if not bad.all() else 0.0, values)
+    filled = np.where(bad, np.median(values[~bad]) if not bad.all() else 0.0, values)
     # Outside the range of four neighbours on both sides: a step of the signal stays inside, a spike does not.
-    above = filled - _highest_neighbour(filled)
-    below = -_highest_neighbour(-filled) - filled
-    outside = np.maximum(0.0, np.maximum(above, below))
     typical = 1.4826 * float(np.median(np.abs(np.diff(filled))))
     limit = max(OUTLIER_DEVIATIONS * typical, 0.05 * float(np.std(filled)))
-    spikes: BoolArray = outside > limit
+    # A spike hides another one near it: large ones may have one such neighbour.
+    spikes: BoolArray = (_outside(filled, 1) > limit) | (_outside(filled, 2) > PAIR_FACTOR * limit)
     # What happens often is not an outlier but the signal (edges of a square wave with ringing).
-    return bad | spikes if spikes.mean() < 0.02 else bad
+    return bad | spikes if spikes.mean() < MOST_SPIKES else bad
 
 
-def _highest_neighbour(values: FloatArray) -> FloatArray:
-    """Return the largest of the four neighbours before and the four behind each sample."""
+def _outside(values: FloatArray, rank: int) -> FloatArray:
+    """Return how far each sample lies outside the range of its neighbours, their `rank - 1` outermost left out."""
+    above = values - _high_neighbour(values, rank)
+    below = -_high_neighbour(-values, rank) - values
+    return np.maximum(0.0, np.maximum(above, below))
+
+
+def _high_neighbour(values: FloatArray, rank: int) -> FloatArray:
+    """Return the largest (2: second largest) of the four neighbours before and the four behind each sample."""
     footprint = np.array([1, 1, 1, 1, 0, 1, 1, 1, 1], dtype=np.bool_)
-    return np.asarray(maximum_filter(values, footprint=footprint, mode="nearest"))
+    return np.asarray(rank_filter(values, rank=-rank, footprint=footprint, mode="nearest"))
+
+
+def check_share(bad: BoolArray, label: str, name: str) -> None:
+    """Refuse a column that is mostly not measured.
+
+    Raises:
+        GapInputError: more than a fifth of the samples do not count.
+    """
+    share = float(bad.mean())
+    if share > MOST_MISSING:
+        raise GapInputError(
+            f"{label}: {share:.0%} of {name} is no measurement (NaN, infinite or spikes), more than the "
+            f"{MOST_MISSING:.0%} that can be bridged; repair the sensor or leave the record out"
+        )
 
 
 def repair(time_s: FloatArray, values: FloatArray, bad: BoolArray) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.recording.recording import Recording
-from discrepancy.data.clean import check_time, find_holes, find_outliers, repair
+from discrepancy.data.clean import MIN_SAMPLES, check_share, check_time, find_holes, find_outliers, repair
 from discrepancy.errors import GapInputError
 from discrepancy.model.schema import JointModel
 
@@ -103,18 +103,25 @@ def check_columns(recording: Recording, model: JointModel, label: str) -> set[st
     return names
 
 
-def read_series(recording: Recording, model: JointModel, label: str) -> Series:
+def read_series(recording: Recording, model: JointModel, label: str, least: int = MIN_SAMPLES) -> Series:
     """Take from a recording what the model needs.
+
+    Args:
+        recording: measured columns.
+        model: names the columns.
+        label: what messages call the recording.
+        least: samples that the purpose needs.
 
     Raises:
         GapInputError: a column is missing or the time axis is broken.
     """
     names = check_columns(recording, model, label)
     time = np.array(recording.columns["time_s"], dtype=np.float64)
-    step = check_time(time, label)
+    step = check_time(time, label, least)
     time = time - time[0]
     raw = np.asarray(recording.columns[model.input], dtype=np.float64)
     bad = find_outliers(raw)
+    check_share(bad, label, model.input)
     outputs = list(model.outputs)
     if model.input == "current_ref_A" and "current_A" in names and "current_A" not in outputs:
         outputs.append("current_A")
@@ -122,6 +129,7 @@ def read_series(recording: Recording, model: JointModel, label: str) -> Series:
     for name in outputs:
         values = np.asarray(recording.columns[name], dtype=np.float64)
         wrong = find_outliers(values)
+        check_share(wrong, label, name)
         channels.append(
             Channel(
                 name=name,

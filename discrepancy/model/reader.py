@@ -1,108 +1,161 @@
 """Read and write model files (YAML). The only place of this package that knows YAML."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import yaml
 
+from discrepancy.effects.table import EFFECTS
 from discrepancy.errors import ModelFileError
-from discrepancy.model.schema import EffectTerm, InputHold, JointModel, Judge, Quantity
+from discrepancy.model import fields
+from discrepancy.model.schema import BASE_SLOTS, EffectTerm, InputHold, JointModel, Judge, Quantity
+from discrepancy.simulation import slots as s
 
-_KEYS = {
+_KEYS = (
     "name", "axis", "input", "outputs", "parameters", "effects", "judge_by", "input_hold", "version", "lineage",
-}  # fmt: skip
-_QUANTITY_KEYS = {"value", "unit", "std", "fixed"}
-E = TypeVar("E", Judge, InputHold)
+)  # fmt: skip
+_WHOLE = "a mapping with the keys name, axis, input, outputs, parameters"
 
 
 def read_model(path: Path) -> JointModel:
     """Read a model file.
 
     Raises:
-        ModelFileError: a key or value is not allowed; the message names file and field.
+        ModelFileError: a key or value is not allowed; the message names file, field, value and remedy.
     """
     try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-        return parse_model(data, path.stem)
-    except yaml.YAMLError as error:
-        raise ModelFileError(f"{path}: not readable as YAML: {error}") from error
-    except OSError as error:
-        raise ModelFileError(f"{path}: {error.strerror}") from error
+        content = path.read_text(encoding="utf-8-sig")
+        _refuse_twice(yaml.compose(content, yaml.SafeLoader))
+        return parse_model(yaml.safe_load(content), path.stem)
     except ModelFileError as error:
         raise ModelFileError(f"{path}: {error}") from error
+    except UnicodeDecodeError as error:
+        raise ModelFileError(f"{path}: not a text file in UTF-8; save it as such") from error
+    except OSError as error:
+        raise ModelFileError(f"{path}: {error.strerror}") from error
+    except RecursionError as error:
+        raise ModelFileError(f"{path}: nested too deeply; a model file is {_WHOLE}") from error
+    except (yaml.YAMLError, ValueError, TypeError, OverflowError) as error:  # such as a date on 31 February
+        raise ModelFileError(f"{path}: not readable as YAML: {' '.join(str(error).split())}") from error
 
 
 def parse_model(data: object, name: str = "joint") -> JointModel:
-    """Make a model of the mapping that a model file holds."""
+    """Make a model of the mapping that a model file holds.
+
+    Raises:
+        ModelFileError: a key or value is not allowed; the message names field, value and remedy.
+    """
     if not isinstance(data, Mapping):
-        raise ModelFileError("a model file is a mapping with the keys name, axis, input, outputs, parameters")
-    for key in data:
-        if key not in _KEYS:
-            raise ModelFileError(f"{key}: unknown key; allowed are {', '.join(sorted(_KEYS))}")
-    axis = data.get("axis", "rotary")
+        raise ModelFileError(f"{fields.show(data)} is not allowed; a model file is {_WHOLE}")
+    entry = fields.mapping(data, "", _WHOLE, _KEYS)
+    axis = entry.get("axis", "rotary")
     if axis not in ("rotary", "linear"):
-        raise ModelFileError(f"axis: {axis!r} is not allowed; write rotary or linear")
-    outputs = data.get("outputs", ["speed_rad_s" if axis == "rotary" else "position_m"])
-    if not isinstance(outputs, list) or not outputs or not all(isinstance(o, str) for o in outputs):
-        raise ModelFileError("outputs: a list of at least one column name is needed")
-    parameters = _mapping(data.get("parameters"), "parameters")
+        raise ModelFileError(f"axis: {fields.show(axis)} is not allowed; write rotary or linear")
     return JointModel(
-        name=str(data.get("name", name)),
+        name=fields.text(entry.get("name", name), "name"),
         axis=axis,
-        input=str(data.get("input", "current_A")),
-        outputs=tuple(outputs),
-        parameters={key: _quantity(value, f"parameters.{key}") for key, value in parameters.items()},
-        effects=tuple(_term(item, i) for i, item in enumerate(data.get("effects") or [])),
-        judge_by=_choice(Judge, data.get("judge_by", "simulation"), "judge_by"),
-        input_hold=_choice(InputHold, data.get("input_hold", "auto"), "input_hold"),
-        version=int(data.get("version", 1)),
-        lineage=tuple(data.get("lineage") or ()),
+        input=fields.text(entry.get("input", "current_A"), "input"),
+        outputs=_outputs(entry.get("outputs", ["speed_rad_s" if axis == "rotary" else "position_m"])),
+        parameters=_parameters(entry.get("parameters")),
+        effects=tuple(_term(item, f"effects[{i}]") for i, item in enumerate(_list(entry, "effects"))),
+        judge_by=fields.choice(Judge, entry.get("judge_by", "simulation"), "judge_by"),
+        input_hold=fields.choice(InputHold, entry.get("input_hold", "auto"), "input_hold"),
+        version=fields.whole(entry.get("version", 1), "version"),
+        lineage=tuple(
+            fields.mapping(item, f"lineage[{i}]", "a mapping that tells of an earlier version")
+            for i, item in enumerate(_list(entry, "lineage"))
+        ),
     )
 
 
-def _choice(enum: type[E], value: object, field: str) -> E:
-    try:
-        return enum(value)
-    except ValueError:
-        allowed = ", ".join(str(member.value) for member in enum)
-        raise ModelFileError(f"{field}: {value!r} is not allowed; write one of {allowed}") from None
+def _refuse_twice(root: yaml.Node | None) -> None:
+    """Refuse a key that stands twice in one mapping: YAML would silently take the last one."""
+    for node in _nodes(root):
+        seen = set()
+        for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
+            if isinstance(key, yaml.ScalarNode) and key.value in seen:
+                raise ModelFileError(
+                    f"line {key.start_mark.line + 1}: the key {fields.show(key.value)} stands twice; remove one of them"
+                )
+            seen.add(key.value if isinstance(key, yaml.ScalarNode) else id(key))
 
 
-def _mapping(value: object, field: str) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise ModelFileError(f"{field}: a mapping of names to {{value, unit}} is needed")
-    return value
+def _nodes(root: yaml.Node | None) -> Iterator[yaml.Node]:
+    waiting, seen = [root], set()
+    while waiting:
+        node = waiting.pop()
+        if node is None or id(node) in seen:  # an anchor may lead back to where it is used
+            continue
+        seen.add(id(node))
+        yield node
+        if isinstance(node, yaml.MappingNode):
+            waiting.extend(part for pair in node.value for part in pair)
+        elif isinstance(node, yaml.SequenceNode):
+            waiting.extend(node.value)
 
 
-def _quantity(value: object, field: str) -> Quantity:
-    if isinstance(value, (int, float)) and not isinstance(value, bool):
-        return Quantity(value=float(value))
-    entry = _mapping(value, field)
-    for key in entry:
-        if key not in _QUANTITY_KEYS:
+def _list(entry: Mapping[str, Any], field: str) -> list[object]:
+    value = entry.get(field)
+    if value is None:
+        return []
+    if not isinstance(value, (list, tuple)):
+        raise ModelFileError(f"{field}: {fields.show(value)} is not allowed; a list is needed, [] for none")
+    return list(value)
+
+
+def _outputs(value: object) -> tuple[str, ...]:
+    if not isinstance(value, (list, tuple)) or not value or not all(isinstance(o, str) and o for o in value):
+        raise ModelFileError(
+            f"outputs: {fields.show(value)} is not allowed; a list of at least one column name is needed, such as "
+            "[speed_rad_s]"
+        )
+    for name in value:
+        if value.count(name) > 1:
+            raise ModelFileError(f"outputs: {fields.show(name)} stands twice; remove one of them")
+    return tuple(value)
+
+
+def _parameters(value: object) -> dict[str, Quantity]:
+    entry = fields.mapping(value, "parameters", "a mapping of names to {value, unit}")
+    found = {key: fields.quantity(item, f"parameters.{key}") for key, item in entry.items()}
+    owners: dict[int, str] = {}
+    for key, one in found.items():
+        slot = BASE_SLOTS.get(key)  # an unknown name is refused by the model itself
+        if slot is None:
+            continue
+        fields.positive(one, f"parameters.{key}", zero=slot == s.VISCOUS)
+        if slot in owners:
             raise ModelFileError(
-                f"{field}.{key}: unknown key; allowed are {', '.join(sorted(_QUANTITY_KEYS))}"
+                f"parameters.{key}: is the same number as {owners[slot]}; give one of them, by the kind of the axis"
             )
-    number = entry.get("value")
-    if isinstance(number, bool) or not isinstance(number, (int, float)) or not abs(number) < 1e12:
-        raise ModelFileError(f"{field}.value: {number!r} is not a finite number")
-    std = entry.get("std")
-    return Quantity(
-        value=float(number),
-        unit=str(entry.get("unit", "")),
-        std=None if std is None else float(std),
-        fixed=bool(entry.get("fixed", False)),
-    )
+        owners[slot] = key
+    return found
 
 
-def _term(item: object, index: int) -> EffectTerm:
-    entry = _mapping(item, f"effects[{index}]")
-    parameters = _mapping(entry.get("parameters") or {}, f"effects[{index}].parameters")
-    return EffectTerm(
-        id=str(entry.get("id")),
-        parameters={name: _quantity(value, f"effects[{index}].{name}") for name, value in parameters.items()},
+def _term(item: object, field: str) -> EffectTerm:
+    entry = fields.mapping(item, field, "a mapping {id, parameters}", ("id", "parameters"))
+    if not isinstance(entry.get("id"), str):
+        raise ModelFileError(
+            f"{field}.id: {fields.show(entry.get('id'))} is not the id of an effect; docs/effects.md lists them"
+        )
+    inner = entry.get("parameters")
+    parameters = fields.mapping(
+        {} if inner is None else inner, f"{field}.parameters", "a mapping of names to {value, unit}"
     )
+    term = EffectTerm(
+        id=entry["id"],
+        parameters={
+            name: fields.quantity(value, f"{field}.parameters.{name}") for name, value in parameters.items()
+        },
+    )
+    known = (
+        {parameter.name: parameter for parameter in EFFECTS[term.id].parameters} if term.id in EFFECTS else {}
+    )
+    for name, one in term.parameters.items():
+        if name in known and known[name].lower >= 0.0:
+            fields.positive(one, f"{field}.parameters.{name}", zero=True)
+    return term
 
 
 def model_to_dict(model: JointModel) -> dict[str, Any]:

@@ -83,6 +83,8 @@ class JointModel:
         if not {BASE_SLOTS[name] for name in self.parameters} & {s.INERTIA}:
             raise ModelFileError("parameters: inertia (or mass) is missing; give its nameplate value")
         for term in self.effects:
+            if [one.id for one in self.effects].count(term.id) > 1:
+                raise ModelFileError(f"effects: {term.id!r} stands twice; remove one of them")
             if term.id not in EFFECTS:
                 raise ModelFileError(
                     f"effects: {term.id!r} is not in the catalogue; allowed: {', '.join(EFFECTS)}"

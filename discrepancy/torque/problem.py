@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from daq.recording.recording import Recording
-from discrepancy.data.clean import check_time, find_outliers, repair
+from discrepancy.data.clean import check_share, check_time, find_outliers, repair
+from discrepancy.data.rest import check_moving
 from discrepancy.data.series import TORQUE, Channel, Series, angle_column
 from discrepancy.errors import GapInputError
 from discrepancy.fitting.problem import SimulationProblem, Starts
@@ -72,7 +73,9 @@ def read_motion(recording: Recording, model: JointModel, label: str) -> tuple[Mo
 
     def column(name: str) -> FloatArray:
         values = np.asarray(recording.columns[name], dtype=np.float64)
-        return np.interp(time, raw_time, repair(raw_time, values, find_outliers(values)))
+        bad = find_outliers(values)
+        check_share(bad, label, name)
+        return np.interp(time, raw_time, repair(raw_time, values, bad))
 
     position = angle_column(recording, model)
     speed_name = "speed_m_s" if model.is_linear_axis else "speed_rad_s"
@@ -83,6 +86,7 @@ def read_motion(recording: Recording, model: JointModel, label: str) -> tuple[Mo
         )
     angle = column(position) if position else np.cumsum(column(speed_name)) * step
     rough = column(speed_name) if speed_name in names else np.gradient(angle, step)
+    check_moving(rough, label, speed_name if speed_name in names else str(position))
     edge = _edge(rough, step)
     sections = butter(4, edge * 2.0 * step, output="sos")
     # The motion's own filter is wider: the edge itself is left to the filter that measured and computed torque share.

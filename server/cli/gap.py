@@ -1,4 +1,4 @@
-"""`jointscope gap`: find what a joint's model lacks, name it, add it, show the gap shrink."""
+"""`jointscope gap`: find what a joint's model lacks, name it, add it, show the gap shrink; for one joint or a fleet."""
 
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +11,13 @@ Example: [bold]jointscope gap --model config/models/joint1.yaml --train a.parque
 --out out/gap[/bold]
 
 Two training records with the same input show the noise; the test records only score.
+
+A fleet: [bold]jointscope gap --fleet joints.csv --out out/fleet[/bold] with the columns joint,model,train,test (several
+recordings separated by semicolons, paths relative to the list). Each joint gets a folder of its own; fleet.html,
+fleet.csv and fleet.json sum up. A second call skips what is finished. Exit code 0: every joint has an answer; 1: at
+least one has none, its error stands in the summary; 2: the list is wrong.
+
+Work is spread over the cores of this machine (--jobs), or over a Dask cluster (--cluster, extra `cluster`).
 """
 
 
@@ -19,20 +26,43 @@ def register(app: typer.Typer) -> None:
     app.command("gap", help=HELP)(gap)
 
 
-def gap(
-    model: Annotated[Path, typer.Option("--model", "-m", help="Model file with the nameplate values.")],
-    train: Annotated[list[Path], typer.Option("--train", help="Recording to learn from; may be repeated.")],
-    test: Annotated[list[Path], typer.Option("--test", help="Recording that only scores; may be repeated.")],
+def gap(  # noqa: PLR0913  # one parameter is one option of the command line
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the answer.")],
+    model: Annotated[
+        Path | None, typer.Option("--model", "-m", help="Model file with the nameplate values.")
+    ] = None,
+    train: Annotated[
+        list[Path] | None, typer.Option("--train", help="Recording to learn from; may be repeated.")
+    ] = None,
+    test: Annotated[
+        list[Path] | None, typer.Option("--test", help="Recording that only scores; may be repeated.")
+    ] = None,
+    fleet: Annotated[
+        Path | None, typer.Option("--fleet", help="CSV list of joints, instead of --model, --train, --test.")
+    ] = None,
+    again: Annotated[bool, typer.Option("--again", help="With --fleet: do finished joints again.")] = False,
     jobs: Annotated[
         int | None, typer.Option("--jobs", "-j", min=1, help="Processes; default one for each core.")
     ] = None,
+    cluster: Annotated[
+        str | None, typer.Option("--cluster", help="Dask scheduler that does the work: tcp://HOST:PORT.")
+    ] = None,
 ) -> None:
     """Analyse and report."""
+    if fleet is not None:
+        if model is not None or train or test:
+            raise typer.BadParameter("--fleet names models and recordings itself; leave out the others")
+        from server.cli.fleet import analyse_fleet
+        from server.services.fleet import FleetRequest
+
+        analyse_fleet(FleetRequest(list_file=fleet, out=out, jobs=jobs, cluster=cluster, again=again))
+        return
+    if model is None or not train or not test:
+        raise typer.BadParameter("--model, --train and --test are needed (or --fleet)")
+    if again:
+        raise typer.BadParameter("--again belongs to --fleet; one joint is always analysed again")
+    from server.cli.results import show_gap
     from server.services.discrepancy import GapRequest, run_gap_analysis
 
-    request = GapRequest(model=model, train=tuple(train), test=tuple(test), jobs=jobs)
-    analysis = run_gap_analysis(request, out, typer.echo)
-    from server.cli.results import show_gap
-
-    show_gap(analysis)
+    request = GapRequest(model=model, train=tuple(train), test=tuple(test), jobs=jobs, cluster=cluster)
+    show_gap(run_gap_analysis(request, out, typer.echo))

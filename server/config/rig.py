@@ -78,6 +78,7 @@ class Rig(StrictModel):
         link: how to reach the controller; `url: emulate` starts an emulated one.
         limits: what the host refuses to ask for.
         nameplate: linear model for predictions.
+        model: joint model file that predicts travel and speed instead, relative to the rig file.
         parameters: controller parameters, SI, written at the start of every run.
         calibration: by column name, what replaces the controller's own scale.
         scenario: scenario of the emulated controller, relative to the rig file.
@@ -90,17 +91,18 @@ class Rig(StrictModel):
     link: Link
     limits: Limits = Limits()
     nameplate: Nameplate
+    model: Path | None = None
     parameters: dict[str, float] = Field(default_factory=dict)
     calibration: dict[str, ChannelCalibration] = Field(default_factory=dict)
     scenario: Path | None = None
     emulation_speed: Literal["max"] | Annotated[float, Field(gt=0, le=1000)] = "max"
     physics: dict[str, object] = Field(default_factory=dict)
 
-    @field_validator("scenario", mode="before")
+    @field_validator("scenario", "model", mode="before")
     @classmethod
     def _path_from_text(cls, value: object) -> object:
         if value is not None and not isinstance(value, str | Path):
-            raise PydanticCustomError("rule", "must be the path of a scenario file")
+            raise PydanticCustomError("rule", "must be the path of a file")
         return value
 
     @model_validator(mode="after")

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +14,8 @@ from daq.recording.timebase import analyse_time_base, to_uniform
 from server.errors import InputError, InputLocation
 from server.services.dataset import driven_span
 from server.services.exchange import open_recording
-from server.services.workers import WorkerPool, usable_cores
+from server.services.executors import open_executor
+from server.services.workers import hold_one_thread
 
 if TYPE_CHECKING:
     from discrepancy.model.schema import JointModel
@@ -33,6 +35,7 @@ class GapRequest:
         train: recordings that may be fitted; two with the same input show the noise.
         test: recordings that only score.
         jobs: processes for the candidate fits; None takes one for each core.
+        cluster: address of a Dask scheduler that does them instead; None stays on this machine.
         stop: set it to give up between two fits.
     """
 
@@ -40,6 +43,7 @@ class GapRequest:
     train: tuple[Path, ...]
     test: tuple[Path, ...]
     jobs: int | None = None
+    cluster: str | None = None
     stop: threading.Event = field(default_factory=threading.Event)
 
 
@@ -64,15 +68,15 @@ def read_joint_model(path: Path) -> "JointModel":
     Raises:
         InputError: no such file, or not a model; names file and field.
     """
+    from discrepancy.errors import ModelFileError
     from discrepancy.model.reader import read_model
 
     if not path.is_file():
         raise InputError("no such model file; see config/models/", InputLocation(source=path))
     try:
         return read_model(path)
-    except (ValueError, TypeError) as error:  # TypeError: a value of a kind that no key takes
-        text = str(error)
-        raise InputError(text if str(path) in text else f"{path}: not a model file: {text}") from error
+    except ModelFileError as error:
+        raise InputError(str(error)) from error
 
 
 def open_for_model(path: Path, model: "JointModel") -> Recording:
@@ -100,7 +104,7 @@ def open_for_model(path: Path, model: "JointModel") -> Recording:
 
 
 def run_gap_analysis(request: GapRequest, out: Path, tell: Callable[[str], None]) -> GapAnalysis:
-    """Find what the model lacks and write the answer into `out`.
+    """Find what the model lacks and write the answer into `out`, on many processes.
 
     Args:
         request: model, recordings, processes.
@@ -108,22 +112,40 @@ def run_gap_analysis(request: GapRequest, out: Path, tell: Callable[[str], None]
         tell: takes lines for the user; called from more than one thread.
 
     Raises:
-        InputError: the model or the recordings do not allow an answer.
+        InputError: the model, the recordings or the cluster do not allow an answer.
         CampaignStoppedError: stopped.
+    """
+    read_joint_model(request.model)  # a mistake in it should show before processes start
+    with open_executor(WORKFLOW, tell, request) as pool:
+        return analyse(request, out, tell, pool)
+
+
+def analyse(
+    request: GapRequest, out: Path, tell: Callable[[str], None], executor: Executor | None
+) -> GapAnalysis:
+    """Find what the model lacks and write the answer into `out`.
+
+    Args:
+        request: model and recordings; where the work is done is up to `executor`.
+        out: folder, created.
+        tell: takes lines for the user.
+        executor: does the candidate fits; None does them here, one after the other.
+
+    Raises:
+        InputError: the model or the recordings do not allow an answer.
     """
     from discrepancy.errors import GapInputError
     from discrepancy.report.files import write_result
     from discrepancy.workflow import GapOptions, run_gap
 
+    hold_one_thread()
     model = read_joint_model(request.model)
     train = _open_all("train", request.train, model, tell)
     test = _open_all("test", request.test, model, tell)
-    jobs = request.jobs or usable_cores()
-    tell(f"recalibrating {model.name}, then trying every effect of the catalogue ({jobs} processes)")
+    tell(f"recalibrating {model.name}, then trying every effect of the catalogue")
     names = _labels("train", request.train) | _labels("test", request.test)
     try:
-        with WorkerPool(jobs, WORKFLOW, tell, request.stop) as pool:
-            result = run_gap(model, train, test, GapOptions(executor=pool))
+        result = run_gap(model, train, test, GapOptions(executor=executor))
     except GapInputError as error:
         raise InputError(_with_names(str(error), names)) from error
     result = result.with_names(names)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from daq.excitation.check import Nameplate, RigLimits, StartCondition
+from daq.excitation.check import MotionPredictor, Nameplate, RigLimits, StartCondition
 from server.config.rig import Rig
 
 TICK_HZ = 2500
@@ -24,6 +24,19 @@ def rig_limits(rig: Rig) -> RigLimits:
         travel_min_rad=limits.travel_min_rad,
         travel_max_rad=limits.travel_max_rad,
     )
+
+
+def rig_joint(rig: Rig) -> Nameplate | MotionPredictor:
+    """Return what predicts travel and speed: the joint model of the rig file, else its nameplate.
+
+    Raises:
+        InputError: no such model file, or not a model.
+    """
+    if rig.model is None:
+        return rig_nameplate(rig)
+    from server.services.model_prediction import read_predictor
+
+    return read_predictor(rig.model)
 
 
 def rig_nameplate(rig: Rig) -> Nameplate:

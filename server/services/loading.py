@@ -43,7 +43,7 @@ def load_plan(choices: RunChoices) -> CampaignPlan:
 
 
 def load_rig(path: Path, *, emulate: Path | None = None, speed: str | None = None) -> Rig:
-    """Return a rig file with its scenario as a path from here, and with the user's choices in force.
+    """Return a rig file with its scenario and model as paths from here, and with the user's choices in force.
 
     Args:
         path: rig file.
@@ -57,6 +57,8 @@ def load_rig(path: Path, *, emulate: Path | None = None, speed: str | None = Non
     changes: dict[str, object] = {}
     if rig.scenario is not None:
         changes["scenario"] = path.parent / rig.scenario
+    if rig.model is not None:
+        changes["model"] = path.parent / rig.model
     if emulate is not None:
         changes |= {"scenario": emulate, "link": rig.link.model_copy(update={"url": EMULATE})}
     if speed is not None:

@@ -15,7 +15,7 @@ from server.config.excitation import Spec
 from server.config.load import locate_field
 from server.config.rig import Rig
 from server.errors import InputError, InputLocation
-from server.services.limits import TICK_HZ, rig_limits, rig_nameplate, start_condition
+from server.services.limits import TICK_HZ, rig_joint, rig_limits, start_condition
 
 # Channels of the standard layouts (docs/protocol.md); at run time the controller's dictionary decides.
 LAYOUT_CHANNELS = {"control": 3, "phases": 5, "speed": 4}
@@ -120,8 +120,9 @@ class _Planner:
     def _check(self, index: int, step: RecordStep) -> tuple[ExcitationReport, Spec]:
         start = start_condition(self.parameters, centring=step.centring)
         spec = step.excitation.to_spec(step.duration_s)
+        joint = rig_joint(self.rig)
         try:
-            return check_excitation(spec, rig_limits(self.rig), rig_nameplate(self.rig), start), spec
+            return check_excitation(spec, rig_limits(self.rig), joint, start), spec
         except (ExcitationLimitError, ValueError) as error:
             raise InputError(str(error), self._at(index, "record", "excitation")) from error
 

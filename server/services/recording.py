@@ -18,7 +18,7 @@ from daq.recording.journal import JOURNAL_SUFFIX, Journal
 from server.config.campaign import RecordStep
 from server.config.excitation import Spec
 from server.config.rig import Rig
-from server.services.limits import rig_nameplate
+from server.services.limits import rig_joint
 from server.services.manifest import now
 from server.services.rig_access import measured_calibration
 
@@ -91,7 +91,7 @@ def _plan(task: RecordingTask) -> RecordPlan:
     return RecordPlan(
         excitation=task.spec,
         duration_s=step.duration_s,
-        nameplate=rig_nameplate(task.rig),
+        nameplate=rig_joint(task.rig),
         slew_limit_a_s=task.rig.limits.slew_A_s,
         stream=StreamPlan(layout=step.layout, divisor=step.divisor),
         centring=step.centring,

@@ -110,9 +110,9 @@ def test_recordings_that_cannot_answer_are_named_by_their_file(
         ("parameters: {inertia: 1, friction: 2}", "parameters.friction: unknown parameter; allowed are"),
         ("parameters: {viscous_friction: 1}", "inertia (or mass) is missing"),
         ("parameters: {inertia: 1}\neffects: [{id: magic}]", "'magic' is not in the catalogue"),
-        ("parameters: {inertia: 1}\neffects: 5", "not a model file"),
-        ("parameters: {inertia: 1}\nversion: new", "not a model file"),
-        ("- 1", "a model file is a mapping"),
+        ("parameters: {inertia: 1}\neffects: 5", "effects: 5 is not allowed"),
+        ("parameters: {inertia: 1}\nversion: new", "version: 'new' is not a finite number"),
+        ("- 1", "a model file is a mapping with"),
         ("a: [", "not readable as YAML"),
     ],
 )
