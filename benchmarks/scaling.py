@@ -22,7 +22,8 @@ from typing import Any
 
 import yaml
 
-from benchmarks.blind.solve import NAMEPLATE, read_case
+from benchmarks.blind.question import read_question
+from benchmarks.blind.solve import recordings
 from daq.recording.store import read_recording, write_recording
 from server.services.fleet_list import FleetJoint
 
@@ -86,16 +87,19 @@ class CountingExecutor(Executor):
 
 def make_joint(folder: Path, hidden: str, seed: int) -> FleetJoint:
     """Play one joint and write its records and its model file."""
-    command = [sys.executable, "-m", "benchmarks.blind.generate", str(folder), hidden, str(seed)]
+    condition = "null_emulator" if hidden == "none" else "full"
+    command = [sys.executable, "-m", "benchmarks.blind.generate", condition, hidden, str(seed), str(folder)]
     subprocess.run(command, check=True, cwd=ROOT)
-    paths = {}
-    for label, record in read_case(folder).items():
-        paths[label] = write_recording(record, folder / f"{label}.parquet")
-    (folder / "case.npz").unlink()
+    question = read_question(folder / "question")
+    records = recordings(question)
+    train = tuple(
+        write_recording(record, folder / f"train{i}.parquet") for i, record in enumerate(records.train)
+    )
+    test = tuple(
+        write_recording(record, folder / f"test{i}.parquet") for i, record in enumerate(records.test)
+    )
     model = folder / "model.yaml"
-    model.write_text(yaml.safe_dump(NAMEPLATE), encoding="utf-8")
-    train = tuple(path for label, path in paths.items() if label.startswith("train"))
-    test = tuple(path for label, path in paths.items() if label.startswith("test"))
+    model.write_text(yaml.safe_dump(question.model), encoding="utf-8")
     return FleetJoint(joint=f"{hidden}-{seed}", model=model, train=train, test=test)
 
 
