@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-import pytest
-
 from discrepancy.assemble import column_names
 from discrepancy.data.series import read_series
 from discrepancy.effects.spec import Port
@@ -14,7 +12,7 @@ from discrepancy.search.doubts import find_doubt, pressed
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import polish, scan_effect
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import prepare_simulation
+from discrepancy.workflow import prepare_simulation, run_gap
 from tests.discrepancy.recorder import make_recording
 
 FRICTION = {s.COULOMB: 0.15}
@@ -42,13 +40,20 @@ def test_a_torque_over_the_angle_beside_a_named_friction_is_a_doubt(nameplate: J
     assert (place.port, place.driver) == (Port.TORQUE, "position_rad")
 
 
-@pytest.mark.parametrize(
-    ("named", "parameter"), [("gravity_unbalance", "wave_number"), ("presliding_hysteresis", "level")]
-)
-def test_a_spring_is_not_named_by_a_law_in_its_limit(
-    named: str, parameter: str, nameplate: JointModel
-) -> None:
-    # A sine of a hundred radians' period is a straight line over the travel: a spring of 0.3 N m/rad.
-    place, at_bound = doubt(nameplate, {s.GRAVITY_SIN: 6.0, s.GRAVITY_WAVE: 0.05}, named)
-    assert parameter in at_bound
+SPRING = {s.GRAVITY_SIN: 6.0, s.GRAVITY_WAVE: 0.05}
+"""A sine of a hundred radians' period is a straight line over the travel: a spring of 0.3 N m/rad."""
+
+
+def test_a_spring_presses_the_wave_number_of_gravity_to_its_limit(nameplate: JointModel) -> None:
+    place, at_bound = doubt(nameplate, SPRING, "gravity_unbalance")
     assert place is not None
+    assert at_bound == ["wave_number"]
+
+
+def test_a_spring_is_not_named(nameplate: JointModel) -> None:
+    records = [make_recording(SPRING, seed) for seed in (1, 2)]
+    result = run_gap(nameplate, records, [make_recording(SPRING, 12)])
+    assert result.verdict == "unknown"
+    assert result.effects == ()
+    assert result.unknown is not None
+    assert (result.unknown.port, result.unknown.driver) == (Port.TORQUE, "position_rad")
