@@ -67,9 +67,8 @@ def find_doubt(
             return Place(port=effect.port, driver=effect.driver, region=None, share=share_of(bench, judged))
     if context.repeat_noise is not None and curves:
         left = bench.excess
-        if left > max(
-            options.left_noise, options.left_signal * context.signal, options.left_gap * context.gap
-        ):
+        part = options.chaotic_left_gap if state.is_chaotic else options.left_gap
+        if left > max(options.left_noise, options.left_signal * context.signal, part * context.gap):
             return curves[0].place
     return None
 

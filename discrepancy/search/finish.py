@@ -16,8 +16,9 @@ from discrepancy.search.greedy import Context, Equivalent, Round, run_round
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.remainder import find_remainder
-from discrepancy.search.state import State, refit, with_best_smoothing, without
+from discrepancy.search.state import State, polish, refit, scan_effect, with_best_smoothing, without
 
+LONG_WAY = 30
 MANY_MINOR = 3
 MINOR_SHARE = 0.15
 """An effect that closes less than this part of all that was closed is minor."""
@@ -93,8 +94,12 @@ def search(
         rounds.append(done)
         if done.winner is None:
             break
-        current = with_best_smoothing(problem, refit(problem, done.winner.state, ranges, 3))
+        # A chaotic loss has many hollows: the way to the bottom is long, and worth it once only.
+        more = LONG_WAY if done.winner.state.is_chaotic else 3
+        current = with_best_smoothing(problem, refit(problem, done.winner.state, ranges, more))
         closed = float(np.hypot(closed, done.winner.closed))
+        # A richer law takes the place of the simpler one that it contains.
+        steps = [step for step in steps if step.added is None or step.added in current.added]
         steps.append(
             Step(
                 state=current, added=done.winner.name, equivalents=done.equivalents,
@@ -196,7 +201,7 @@ def prune(
     ranges: Ranges,
     limits: tuple[SearchOptions, Context, float],
 ) -> tuple[State, list[Step]]:
-    """Drop earlier effects that the newest one has made unnecessary.
+    """Drop earlier effects that the newest one has made unnecessary, and replace laws by simpler ones that do as well.
 
     Args:
         problem: with white noise weights.
@@ -214,7 +219,24 @@ def prune(
             current = trial
             steps = [step for step in steps if step.added != name]
             steps[-1] = replace(steps[-1], state=trial)
+    for name in current.added:
+        for simple in EFFECTS[name].contains:
+            trial = _simplified(problem, current, (name, simple), ranges)
+            lost = np.sqrt(max(0.0, trial.fit.loss - current.fit.loss) / problem.counted / context.bin_size)
+            if lost < visible:
+                current = trial
+                steps = [replace(st, added=simple) if st.added == name else st for st in steps]
+                steps[-1] = replace(steps[-1], state=trial)
+                break
     return current, steps
+
+
+def _simplified(problem: SimulationProblem, state: State, pair: tuple[str, str], ranges: Ranges) -> State:
+    """Return the model with a law replaced by a simpler one that it contains."""
+    name, simple = pair
+    place = state.added.index(name)
+    found = polish(problem, scan_effect(problem, without(state, [name]), simple, ranges), ranges)
+    return replace(found, added=(*state.added[:place], simple, *state.added[place + 1 :]))
 
 
 def patchwork(outcome: SearchOutcome) -> frozenset[str]:

@@ -24,6 +24,8 @@ B = TypeVar("B")
 FAR = 9.0
 """Candidates whose loss is this multiple of the best one's cannot win under any noise model."""
 OVERWHELMING = 0.5
+WORTH = 0.9
+"""A law is a start for richer ones if it leaves less than this part of the squared error."""
 
 Equivalent = str | tuple[str, ...]
 
@@ -35,6 +37,7 @@ class Contender:
     Attributes:
         fall: by how much it lowers the held-out loss of the round's starting model, in noise variances.
         closed: closed part of the gap, as rms in units of one sample's noise.
+        part: the closed part of the gap over the whole gap (rms), of the output of which it closes most.
         size: number of fitted parameters of its effects.
     """
 
@@ -43,6 +46,7 @@ class Contender:
     white_loss: float
     fall: float = 0.0
     closed: float = 0.0
+    part: float = 1.0
 
     @property
     def size(self) -> int:
@@ -88,8 +92,6 @@ def run_round(
         options: decision limits.
         context: executor, noise of repeats if known, samples per bin.
     """
-    left = max(0.0, state.fit.loss - problem.rows) / problem.counted / context.bin_size
-    context = replace(context, excess=float(np.sqrt(left)))
     contenders = fit_all(problem, state, ranges, options, context)
     best = contenders[0]
     # What a candidate's fit found for the parameters of the joint alone is no merit of the candidate.
@@ -126,11 +128,27 @@ def _judge(
         gained = max(0.0, state.fit.loss - contender.white_loss)
         closed = np.sqrt(gained / problem.counted / context.bin_size)
         fall = reference - held_out(sharp, one.fit).loss / unit
-        judged.append(replace(contender, state=one, fall=float(fall), closed=float(closed)))
+        part = closed_part(problem, state, contender.state)
+        judged.append(replace(contender, state=one, fall=float(fall), closed=float(closed), part=part))
     judged = _ranked(judged, problem.rows, options)
     winner = choose(judged, options, (state, context))
     others = () if winner is None else equivalents_of(winner, judged, options, context)
     return Round(before=before, contenders=tuple(judged), winner=winner, equivalents=others, problem=sharp)
+
+
+def closed_part(problem: SimulationProblem, before: State, after: State) -> float:
+    """Return the closed part of the gap (rms, 0 to 1) of the output of which the newer model closes most."""
+    losses = np.zeros((3, len(problem.series[0].channels)))
+    at = 0
+    for one in problem.series:
+        for c, channel in enumerate(one.channels):
+            rows = slice(at, at + one.n)
+            old, new = before.fit.residual[rows], after.fit.residual[rows]
+            losses[:, c] += old @ old, new @ new, np.count_nonzero(channel.weight)
+            at += one.n
+    # A sum of squares of noise is itself uncertain: less than this is no gap at all.
+    gap = np.maximum(losses[0] - losses[2], 0.05 * losses[2] + 1e-300)
+    return float(np.sqrt(np.max(np.clip((losses[0] - losses[1]) / gap, 0.0, 1.0))))
 
 
 def _ranked(judged: Sequence[Contender], rows: float, options: SearchOptions) -> list[Contender]:
@@ -166,7 +184,7 @@ def fit_all(
         first = refit_from(scout, state, scout.initial_starts())
         coarse = replace(state, fit=first)
     scanned = fan_out(context.executor, partial(_scan, scout, coarse, ranges), names)
-    scanned = _rescanned(scanned, partial(_scan_richer, scout, ranges), (context.executor, state))
+    scanned = _rescanned(scanned, partial(_scan_richer, scout, ranges), (context.executor, coarse))
     floor = min(one[0].fit.loss for one in scanned)
     limit = max(floor, scout.rows) + 0.5 * max(0.0, coarse.fit.loss - floor)
     ranked = sorted(scanned, key=lambda one: one[0].fit.loss)
@@ -186,12 +204,8 @@ def _rescanned(
     """Start laws that contain a simpler one from that one's fit too."""
     executor, state = rest
     by_name = {one[0].added[-1]: one for one in scanned}
-    pairs = [
-        (by_name[simple][0], name)
-        for name in by_name
-        for simple in EFFECTS[name].contains
-        if simple in by_name
-    ]
+    worth = {name for name, one in by_name.items() if one[0].fit.loss < WORTH * state.fit.loss}
+    pairs = [(by_name[c][0], name) for name in by_name for c in EFFECTS[name].contains if c in worth]
     for (_, name), more in zip(pairs, fan_out(executor, function, pairs), strict=True):
         whole = [replace(one, added=(*state.added, name)) for one in more if one.added[:-1] == state.added]
         by_name[name] = sorted([*by_name[name], *whole], key=lambda one: one.fit.loss)[:SCAN_KEEP]
@@ -214,7 +228,6 @@ class Context:
         scout: the same records in coarser samples, on which starts are tried.
         signal: standard deviation of the output in units of one sample's noise.
         gap: gap of the recalibrated base model in the same units.
-        excess: gap that is left before this round.
         pairs: stretches that repeat each other, where they were not averaged.
     """
 
@@ -226,7 +239,6 @@ class Context:
     scout: SimulationProblem | None = None
     signal: float = 0.0
     gap: float = 0.0
-    excess: float = 0.0
     pairs: tuple[Pair, ...] = ()
 
     def material(self, options: SearchOptions, present: Sequence[str]) -> float:
@@ -260,15 +272,16 @@ def choose(
     """Return the contender to add: significant, material, and the simplest among those that do the same."""
     state, context = before
     least = context.material(options, state.present)
+    part = 0.0
     if context.repeat_noise is not None:
         # A name whose gap hardly shrinks is not a name: it would only patch the form of what is missing.
         part = options.later_part if state.added else options.first_part
-        least = max(least, part * context.excess)
     passing = [
         c
         for c in judged
         if c.fall > options.alarm + options.per_parameter * own_size(c)
         and c.closed > least
+        and c.part > part
         and c.white_loss < (1.0 - options.material_rms) ** 2 * state.fit.loss
     ]
     if not passing:

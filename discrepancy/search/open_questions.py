@@ -21,7 +21,10 @@ def next_question(outcome: SearchOutcome, limits: RigLimits) -> Mapping[str, Any
         return None
     rounds = {done.winner.name: done for done in outcome.rounds if done.winner is not None}
     for step in outcome.steps[1:]:
-        done = rounds[str(step.added)]
+        done = rounds.get(str(step.added))
+        if done is None:
+            # A law that took the place of a richer one was not judged by itself.
+            continue
         rivals = {
             c.name: c.state for c in done.contenders if c.name in step.equivalents or c.name == step.added
         }

@@ -25,7 +25,7 @@ class SearchOptions:
         form_error: part of all that has been closed that a further effect must close: no reduced model is exact.
         chaotic_form_error: the same with backlash in the model, whose free run is chaotic.
         own_form_error: the same for a curve over a named effect's own variable, before its law is doubted.
-        left_noise, left_signal, left_gap: least remainder that is called unknown though no curve explains it, in units
+        left_noise, left_signal, left_gap, chaotic_left_gap: least remainder that is called unknown though no curve explains it, in units
             of one sample's noise, of the output's standard deviation, and of the gap that the search began with.
         finalists: candidates that are fitted again with the winner's noise model.
     """
@@ -39,7 +39,7 @@ class SearchOptions:
     simpler: float = 0.02
     doubt: float = 12.0
     most_effects: int = 5
-    finalists: int = 8
+    finalists: int = 5
     material_rms: float = 0.0
     form_error: float = 0.02
     chaotic_form_error: float = 0.2
@@ -47,3 +47,4 @@ class SearchOptions:
     left_noise: float = 0.3
     left_signal: float = 0.03
     left_gap: float = 0.2
+    chaotic_left_gap: float = 0.4
