@@ -9,7 +9,6 @@ from discrepancy.effects.spec import Port
 from discrepancy.effects.table import EFFECTS
 from discrepancy.evaluate import Curve, Scorer, score_curves
 from discrepancy.fitting.parameters import BASE, NUISANCES
-from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place
 from discrepancy.model.schema import EffectTerm, JointModel, Quantity
 from discrepancy.next_experiment import RigLimits
@@ -28,16 +27,23 @@ CHANGE_SIGMAS = 4.0
 """A nameplate value counts as changed beyond this many standard errors and beyond 1 %."""
 
 
-def quantities(
-    problem: SimulationProblem, state: State, model: JointModel
-) -> dict[tuple[str, str], Quantity]:
-    """Return all fitted and constant parameters with standard errors, by (owner, name)."""
-    covariance = robust_covariance(problem, state.fit)
+def quantities(outcome: SearchOutcome, state: State, model: JointModel) -> dict[tuple[str, str], Quantity]:
+    """Return all fitted and constant parameters with standard errors, by (owner, name).
+
+    The standard error holds the noise (block sandwich) and, as a measure of what the model's form gets wrong, by how
+    much the estimate moves when the frequencies are weighted by the noise instead of equally (J. A. Hausman,
+    Econometrica 46, 1978: two estimators that agree where the model is right).
+    """
+    covariance = robust_covariance(outcome.problem, state.fit)
+    bench = outcome.bench(state)
+    moved = np.zeros(len(state.fit.parameters))
+    if bench is not None:
+        moved = np.asarray(bench.sharp.values - bench.state.fit.values)
     column = 1 if model.is_linear_axis else 0
     found: dict[tuple[str, str], Quantity] = {}
     for i, parameter in enumerate(state.fit.parameters):
         value = float(state.fit.vector[parameter.slot])
-        std = float(np.sqrt(max(0.0, covariance[i, i])))
+        std = float(np.hypot(np.sqrt(max(0.0, covariance[i, i])), moved[i]))
         unit = model.parameters[parameter.name].unit if parameter.name in model.parameters else ""
         found[parameter.owner, parameter.name] = Quantity(value=value, std=std, unit=unit)
     for name in state.present:
@@ -124,7 +130,7 @@ def result_step(
     floor: dict[str, float],
 ) -> ResultStep:
     """Give the figures of one accepted model; `places` is where the one before it disagreed."""
-    values = quantities(outcome.problem, step.state, model)
+    values = quantities(outcome, step.state, model)
     owner = step.added or BASE
     first = list(places[:3])
     if step.added is not None:
@@ -230,7 +236,7 @@ def assemble(
     steps = [step if step.added is None else replace(step, law=laws.named(step.added)) for step in steps]
     last = outcome.steps[-1]
     judged = [name for name in model.outputs if name in steps[0].test] or list(steps[0].test)
-    values = quantities(outcome.problem, last.state, model)
+    values = quantities(outcome, last.state, model)
     new = extended_model(model, values, last.state)
     return GapResult(
         verdict=outcome.verdict,

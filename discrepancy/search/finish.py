@@ -10,7 +10,7 @@ from discrepancy.effects.spec import Port, Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
-from discrepancy.search.curves import called, judge_curves, make_bench
+from discrepancy.search.curves import Bench, called, judge_curves, make_bench
 from discrepancy.search.doubts import find_doubt
 from discrepancy.search.greedy import Context, Equivalent, Round, run_round
 from discrepancy.search.noise import measure_noise, residual_parts
@@ -55,13 +55,17 @@ class SearchOutcome:
         """Whether the torque balance was judged, not a simulation."""
         return self.problem.series[0].channels[0].row == TORQUE
 
+    def bench(self, state: State) -> Bench | None:
+        """Return a model of this search fitted under both noise models; None where torque is judged."""
+        return None if self.is_torque else make_bench(self.problem, state, self.ranges, self.context)
+
     def places(self, state: State) -> list[Place]:
         """Return where a model of this search fails on the training records, the largest share first."""
-        if self.is_torque:
+        bench = self.bench(state)
+        if bench is None:
             return locate(
                 self.problem.series, residual_parts(self.problem, state), state.fit.vector, self.names
             )
-        bench = make_bench(self.problem, state, self.ranges, self.context)
         least = SearchOptions().alarm
         return [
             curve.place if curve.judged.fall > least else replace(curve.place, share=0.0)

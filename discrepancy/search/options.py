@@ -25,8 +25,9 @@ class SearchOptions:
         form_error: part of all that has been closed that a further effect must close: no reduced model is exact.
         chaotic_form_error: the same with backlash in the model, whose free run is chaotic.
         own_form_error: the same for a curve over a named effect's own variable, before its law is doubted.
-        left_noise, left_signal, left_gap, chaotic_left_gap: least remainder that is called unknown though no curve explains it, in units
-            of one sample's noise, of the output's standard deviation, and of the gap that the search began with.
+        left_noise, left_signal, left_gap, chaotic_left_gap: least remainder that is called unknown though no curve
+            explains it, in units of one sample's noise, of the output's standard deviation, and of the gap that the
+            search began with.
         finalists: candidates that are fitted again with the winner's noise model.
     """
 
