@@ -16,11 +16,12 @@ from discrepancy.report.detectable import detectable_effects
 from discrepancy.report.law import LawMaker
 from discrepancy.report.pictures import Detectable, Pictures
 from discrepancy.report.spectra import noise_spectra
-from discrepancy.result import GapResult, ParameterChange, Rejected, ResultStep, total_gap
+from discrepancy.result import GapResult, NamelessTerm, ParameterChange, Rejected, ResultStep, total_gap
 from discrepancy.search.finish import SearchOutcome, Step
 from discrepancy.search.judge import robust_covariance
 from discrepancy.search.open_questions import next_question
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.spline import SplineTerm, fit_spline
 from discrepancy.search.state import State
 
 CHANGE_SIGMAS = 4.0
@@ -219,6 +220,14 @@ def rig_limits(outcome: SearchOutcome) -> RigLimits:
     return RigLimits(amplitude=amplitude, travel=2.0 * travel if travel > 0.0 else np.inf)
 
 
+def nameless(
+    term: SplineTerm, scorer: Scorer, floor: dict[str, float], judged: Sequence[str]
+) -> NamelessTerm:
+    """Score a curve on the test records."""
+    gap = total_gap(score_curves(scorer.test(term.vector), floor), judged)
+    return NamelessTerm(driver=term.driver, points=term.points, gap_after=gap)
+
+
 def assemble(
     model: JointModel, outcome: SearchOutcome, scorer: Scorer, floor: dict[str, float], notes: Sequence[str]
 ) -> GapResult:
@@ -232,6 +241,10 @@ def assemble(
         result_step(outcome, model, step, before, curves, floor)
         for step, before, curves in zip(outcome.steps, (places[0], *places), scored, strict=False)
     ]
+    term = None
+    if outcome.unknown is not None:
+        last_state = outcome.steps[-1].state
+        term = fit_spline(outcome.problem, last_state, outcome.ranges, outcome.unknown, outcome.names)
     laws = law_maker(outcome, model)
     steps = [step if step.added is None else replace(step, law=laws.named(step.added)) for step in steps]
     last = outcome.steps[-1]
@@ -253,5 +266,6 @@ def assemble(
         rejected=rejected_candidates(outcome, SearchOptions()),
         notes=tuple(notes) + outcome.notes,
         terms=new.effects,
+        spline=None if term is None else nameless(term, scorer, floor, judged),
         pictures=make_pictures(outcome, scored[-1].train, model, floor, places[-1]),
     )

@@ -69,6 +69,29 @@ class ResultStep:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class NamelessTerm:
+    """A curve that closes the gap without a name.
+
+    Attributes:
+        points: (variable, torque on the joint).
+        gap_after: gap on test data with it.
+    """
+
+    driver: str
+    points: tuple[tuple[float, float], ...]
+    gap_after: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return `unknown.spline` of `gap.json`."""
+        return {
+            "driver": self.driver,
+            "points": [list(point) for point in self.points],
+            "gap_after": self.gap_after,
+            "is_a_finding": False,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Rejected:
     """A candidate that was tried and not taken."""
 
@@ -86,6 +109,7 @@ class GapResult:
     Attributes:
         model: the extended model, usable as the next model file.
         terms: the named effects with their values.
+        spline: for `unknown`, a curve that closes the gap without a name, where one does.
         pictures: what the report draws beyond the steps: the measured noise, what is left, what would have been seen.
     """
 
@@ -103,6 +127,7 @@ class GapResult:
     rejected: tuple[Rejected, ...] = ()
     notes: tuple[str, ...] = ()
     terms: tuple[EffectTerm, ...] = field(default=())
+    spline: NamelessTerm | None = None
     pictures: Pictures = field(default_factory=Pictures)
 
     def with_names(self, names: Mapping[str, str]) -> "GapResult":
@@ -144,6 +169,7 @@ class GapResult:
                 "driver": unknown.driver,
                 "share_explained": round(unknown.share, 4),
                 "shape": [list(point) for point in unknown.shape],
+                "spline": None if self.spline is None else self.spline.to_dict(),
             },
             "parameter_changes": [
                 {"parameter": c.parameter, "nameplate": c.nameplate, "estimate": c.estimate, "std": c.std}

@@ -10,7 +10,14 @@ from discrepancy.report import figures, law_figures, tables
 from discrepancy.report.first_screen import first_screen
 from discrepancy.report.frame import frame, zoom_buttons
 from discrepancy.report.plain import called, quantity_name
-from discrepancy.report.sentences import floor_doubts, place_words, record_name, region_words, unknown_words
+from discrepancy.report.sentences import (
+    floor_doubts,
+    place_words,
+    record_name,
+    region_words,
+    spline_words,
+    unknown_words,
+)
 from discrepancy.report.style import SCRIPT, STYLE
 from discrepancy.report.thin import worst_stretch
 from discrepancy.result import GapResult
@@ -134,6 +141,8 @@ def _unknown(result: GapResult) -> str:
     if place is None:
         return ""
     parts = [f"<p>{escape(unknown_words(place))}</p>"]
+    if result.spline is not None:
+        parts.append(f"<p>{escape(spline_words(result))}</p>")
     if picture is not None:
         alt = f"{picture.y_name} over {picture.x_name}, measured means with error bars."
         caption = (

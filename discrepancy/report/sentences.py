@@ -72,6 +72,17 @@ def unknown_words(place: Place) -> str:
     )
 
 
+def spline_words(result: GapResult) -> str:
+    """Return what a curve without a name would do; for answers that have one."""
+    if result.spline is None:
+        return ""
+    return (
+        f"A fitted curve of the torque over the {quantity_name(result.spline.driver)}, which names nothing, brings the "
+        f"gap on test data from {numbers.percent(result.gap_after)} to {numbers.percent(result.spline.gap_after)}; "
+        "its points stand in gap.json under unknown.spline, for use until the cause is understood."
+    )
+
+
 def gap_size(step: ResultStep, output: str, floor: float) -> float:
     """Return the rms gap of an output on test data in its unit: the error without what noise explains."""
     return math.sqrt(max(0.0, step.test[output].rmse ** 2 - floor**2))

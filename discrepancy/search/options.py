@@ -47,5 +47,5 @@ class SearchOptions:
     own_form_error: float = 0.06
     left_noise: float = 0.3
     left_signal: float = 0.03
-    left_gap: float = 0.2
+    left_gap: float = 0.15
     chaotic_left_gap: float = 0.4

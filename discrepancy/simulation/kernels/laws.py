@@ -52,9 +52,27 @@ def motor_torque(p: FloatArray, current: float, time: float) -> float:
 
 
 @njit(cache=True, error_model="numpy")
+def spline_torque(p: FloatArray, q: float, w: float, current: float) -> float:
+    """Torque on the joint that a curve over angle, speed or current says; constant beyond its ends."""
+    x = q if p[s.SPLINE_DRIVER] == s.SPLINE_OVER_ANGLE else w
+    if p[s.SPLINE_DRIVER] == s.SPLINE_OVER_CURRENT:
+        x = current
+    last = int(p[s.SPLINE_COUNT]) - 1
+    if x <= p[s.SPLINE_X]:
+        return float(p[s.SPLINE_Y])
+    for i in range(last):
+        if x < p[s.SPLINE_X + i + 1]:
+            part = (x - p[s.SPLINE_X + i]) / (p[s.SPLINE_X + i + 1] - p[s.SPLINE_X + i])
+            return float(p[s.SPLINE_Y + i] + part * (p[s.SPLINE_Y + i + 1] - p[s.SPLINE_Y + i]))
+    return float(p[s.SPLINE_Y + last])
+
+
+@njit(cache=True, error_model="numpy")
 def position_torque(p: FloatArray, q: float, w: float, current: float) -> float:
-    """Torque that opposes the motion because of where the joint stands: gravity, ripple, end stop."""
+    """Torque that opposes the motion because of where the joint stands: gravity, ripple, end stop, a fitted curve."""
     torque = 0.0
+    if p[s.SPLINE_DRIVER] > 0.0:
+        torque -= spline_torque(p, q, w, current)
     if p[s.GRAVITY_WAVE] != 0.0:
         a = p[s.GRAVITY_WAVE] * q
         torque += p[s.GRAVITY_SIN] * math.sin(a) + p[s.GRAVITY_COS] * math.cos(a)

@@ -31,6 +31,7 @@ def is_plain(p: FloatArray) -> bool:
         and p[s.TORQUE_LIMIT] >= s.NO_LIMIT
         and p[s.CURRENT_LIMIT] >= s.NO_LIMIT
         and p[s.DEAD_CURRENT] == 0.0
+        and p[s.SPLINE_DRIVER] == 0.0
     )
 
 
