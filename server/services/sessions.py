@@ -1,0 +1,281 @@
+"""Identification sessions: one training record, perhaps a test record, live estimates, and an identification.json.
+
+A session is a small campaign (record, record, identify) that is played as any other; what it adds is the estimators
+that run while the training record is made (`server/services/live`).
+"""
+
+import uuid
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from server.config.submitted import write_document
+from server.errors import InputError, InputLocation
+from server.services.errors import ConflictError, InvalidValueError, NotFoundError
+from server.services.identification import JSON_NAME
+from server.services.jobs.board import JobBoard
+from server.services.jobs.books import SessionBook, shown_state
+from server.services.jobs.held_lease import check_free
+from server.services.jobs.ledger import JobFilter, JobLedger, JobRow
+from server.services.jobs.machine import Happening, allowed
+from server.services.jobs.planning import DOCUMENT, load_document, plan_document
+from server.services.jobs.run import JobOrder, JobProgress
+from server.services.limits import TICK_HZ
+from server.services.manifest import Manifest
+from server.services.plan import CampaignPlan
+from server.services.rigs.registry import RigRegistry
+from server.services.rigs.served_rig import ServedRig
+from server.services.steps import StepContext, perform_step
+from server.services.tokens import Principal
+from server.storage.database import Database
+from server.storage.states import JobState
+from server.storage.tables import SessionRow
+
+FOLDER = "sessions"
+TRAIN, TEST = "train", "test"
+Json = dict[str, Any]  # JSON values
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionSpec:
+    """What to identify and how; excitations as in campaign files.
+
+    Attributes:
+        name: of the session.
+        rig_id: the rig.
+        train: `excitation` and `duration_s` of the training record.
+        test: the same of the test record; None scores on the training record.
+        record: further settings of both records (`layout`, `divisor`, `centring`).
+        identify: settings of the identification (`sample_time_s`, `order`, `delay`, `methods`, `options`).
+        operator: written into the recordings; empty takes the token's name.
+    """
+
+    name: str
+    rig_id: str
+    train: Json
+    test: Json | None = None
+    record: Json = field(default_factory=dict)
+    identify: Json = field(default_factory=dict)
+    operator: str = ""
+
+    def to_json(self) -> Json:
+        """Return the specification as it is stored."""
+        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionView:
+    """A session as everybody may see it; `live` and `progress` only while it runs."""
+
+    id: str
+    name: str
+    rig_id: str
+    state: JobState
+    reason: str
+    possible: tuple[Happening, ...]
+    spec: Json
+    figures: Json
+    live: Json | None
+    progress: JobProgress | None
+    recording_id: str | None
+    created_by: str
+    created_at: datetime
+    started_at: datetime | None
+    ended_at: datetime | None
+
+
+class SessionService:
+    """Makes, runs and shows sessions.
+
+    Args:
+        database: where they are kept.
+        data_dir: below it each has a folder.
+        rigs: what they run on.
+        board: what runs now.
+    """
+
+    def __init__(self, database: Database, data_dir: Path, rigs: RigRegistry, board: JobBoard) -> None:
+        self._database = database
+        self._data_dir = data_dir
+        self._rigs = rigs
+        self._board = board
+        self._ledger = JobLedger(database, SessionRow, "session")
+
+    def create(self, spec: SessionSpec, who: Principal) -> SessionView:
+        """Check a session and keep it; nothing moves.
+
+        Raises:
+            NotFoundError: no such rig.
+            InputError, InvalidValueError: a value that rig or estimators do not take.
+        """
+        rig, job_id = self._rigs.get(spec.rig_id), uuid.uuid4().hex
+        _check_sample_time(spec)
+        folder = self._data_dir / FOLDER / job_id
+        path = write_document(folder / DOCUMENT, _campaign(spec, who))
+        try:
+            self._plan(path, rig)
+        except BaseException:
+            path.unlink()
+            folder.rmdir()
+            raise
+        row = SessionRow(
+            id=job_id,
+            rig_id=rig.id,
+            name=spec.name,
+            state=JobState.CREATED.value,
+            spec=spec.to_json(),
+            folder=f"{FOLDER}/{job_id}",
+            created_by=who.name,
+        )
+        with self._database.write() as session:
+            session.add(row)
+        return self.get(job_id)
+
+    def start(self, job_id: str, who: Principal) -> SessionView:
+        """Begin: the session takes the rig's lease for itself and plays.
+
+        Raises:
+            NotFoundError: no such session.
+            ConflictError: it was started before, or the rig is not free.
+        """
+        row = self._ledger.row(job_id)
+        rig = self._rigs.get(row.rig_id)
+        if JobState(row.state) is JobState.CREATED:
+            check_free(rig, who)
+            if not self._board.is_free(rig.id):
+                raise ConflictError(f"rig {rig.id} is at work", "wait for its end, or stop it")
+        folder = self._data_dir / FOLDER / job_id
+        plan = self._plan(folder / DOCUMENT, rig)
+        book = SessionBook(self._database, self._data_dir, self._ledger, rig, job_id)
+        order = JobOrder(
+            id=job_id,
+            title=f"session {row.name}",
+            rig=rig,
+            who=who,
+            plan=plan,
+            folder=folder,
+            finish=_identify_what_is_there,
+        )
+        book.happened(Happening.START, "")
+        try:
+            self._board.launch(order, book)
+        except BaseException as error:
+            book.happened(Happening.REFUSED, str(error))
+            raise
+        return self.get(job_id)
+
+    def ask(self, job_id: str, happening: Happening) -> SessionView:
+        """Pause, resume, stop or abort.
+
+        Raises:
+            NotFoundError: no such session.
+            ConflictError: not possible in its present state.
+        """
+        row = self._ledger.row(job_id)
+        book = SessionBook(self._database, self._data_dir, self._ledger, self._rigs.get(row.rig_id), job_id)
+        book.happened(happening, "")
+        run = self._board.find(job_id)
+        if run is not None:
+            run.ask(happening)
+        return self.get(job_id)
+
+    def get(self, job_id: str) -> SessionView:
+        """Return one session.
+
+        Raises:
+            NotFoundError: no such session.
+        """
+        return self._view(self._ledger.row(job_id))
+
+    def page(self, wanted: JobFilter) -> list[SessionView]:
+        """Return sessions, newest first."""
+        return [self._view(row) for row in self._ledger.page(wanted)]
+
+    def identification(self, job_id: str) -> Path:
+        """Return the session's identification.json.
+
+        Raises:
+            NotFoundError: no such session, or it has none (yet).
+        """
+        row = self._ledger.row(job_id)
+        path = self._data_dir / FOLDER / job_id / JSON_NAME
+        if not path.is_file():
+            raise NotFoundError(
+                "identification", row.name, f"the session is {row.state}: {row.reason or '...'}"
+            )
+        return path
+
+    def _plan(self, path: Path, rig: ServedRig) -> CampaignPlan:
+        try:
+            return plan_document(load_document(path), path, rig, None)
+        except InputError as error:
+            raise _named_as_in_the_request(error) from error
+
+    def _view(self, row: JobRow) -> SessionView:
+        if not isinstance(row, SessionRow):
+            raise TypeError("a row of another kind of job")
+        state, run = shown_state(row), self._board.find(row.id)
+        return SessionView(
+            id=row.id,
+            name=row.name,
+            rig_id=row.rig_id,
+            state=state,
+            reason=row.reason,
+            possible=tuple(each for each in allowed(state) if each is not Happening.REQUEUE),
+            spec=row.spec,
+            figures=row.figures,
+            live=None,
+            progress=None if run is None or not run.alive else run.progress,
+            recording_id=row.recording_id,
+            created_by=row.created_by,
+            created_at=row.created_at,
+            started_at=row.started_at,
+            ended_at=row.ended_at,
+        )
+
+
+def _campaign(spec: SessionSpec, who: Principal) -> Json:
+    records = {TRAIN: spec.train, **({} if spec.test is None else {TEST: spec.test})}
+    steps: list[Json] = [
+        {"record": {"name": name, **spec.record, **record}} for name, record in records.items()
+    ]
+    scored = TRAIN if spec.test is None else TEST
+    steps.append({"identify": {"train": TRAIN, "test": scored, **spec.identify}})
+    return {"name": spec.name, "operator": spec.operator or who.name, "steps": steps}
+
+
+def _check_sample_time(spec: SessionSpec) -> None:
+    """Refuse sample times that the live estimators could not have in step with the samples."""
+    own_s = spec.record.get("divisor", 1) / TICK_HZ
+    asked_s = spec.identify.get("sample_time_s", 0.2)
+    ratio = asked_s / own_s
+    if ratio < 1 - 1e-6 or abs(ratio - round(ratio)) > 1e-6 * ratio:
+        nearest = max(1, round(ratio)) * own_s
+        raise InvalidValueError(
+            f"sample_time_s={asked_s:g} is no multiple of the record's {own_s:g} s",
+            field="sample_time_s",
+            value=asked_s,
+            remedy=f"use {nearest:g} s",
+        )
+
+
+def _named_as_in_the_request(error: InputError) -> InputError:
+    """Name the fields as a session's request has them, not as its campaign document does."""
+    where = error.location
+    text, name = str(error.args[0]).removeprefix(f"{where}: "), where.field or ""
+    for mine, theirs in (("steps[0].record.", ""), ("steps[1].record.", "test.")):
+        if name.startswith(mine):
+            name = theirs + name.removeprefix(mine)
+    name = name.partition(".identify.")[2] or name
+    return InputError(text, InputLocation(source="session", field=name or None))
+
+
+def _identify_what_is_there(context: StepContext, manifest: Manifest) -> None:
+    """After a stop: identify on what was recorded; a session without a test record scores on its training record."""
+    have = {name for name in (TRAIN, TEST) if context.record_path(name).is_file()}
+    if TRAIN not in have:
+        return
+    planned, entry = context.plan.steps[-1], manifest.steps[-1]
+    step = planned.step.model_copy(update={"test": TEST if TEST in have else TRAIN})
+    perform_step(context, type(planned)(step=step, title=planned.title), entry)
