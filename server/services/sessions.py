@@ -10,10 +10,11 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from server.config.campaign import IdentifyStep, RecordStep
 from server.config.submitted import write_document
 from server.errors import InputError, InputLocation
 from server.services.errors import ConflictError, InvalidValueError, NotFoundError
-from server.services.identification import JSON_NAME
+from server.services.identification import JSON_NAME, IdentifyRequest, make_options
 from server.services.jobs.board import JobBoard
 from server.services.jobs.books import SessionBook, shown_state
 from server.services.jobs.held_lease import check_free
@@ -22,8 +23,11 @@ from server.services.jobs.machine import Happening, allowed
 from server.services.jobs.planning import DOCUMENT, load_document, plan_document
 from server.services.jobs.run import JobOrder, JobProgress
 from server.services.limits import TICK_HZ
+from server.services.live.estimators import LiveEstimators
+from server.services.live.pipeline import LiveSource, choose_source
 from server.services.manifest import Manifest
 from server.services.plan import CampaignPlan
+from server.services.rigs.calibrated import channel_columns
 from server.services.rigs.registry import RigRegistry
 from server.services.rigs.served_rig import ServedRig
 from server.services.steps import StepContext, perform_step
@@ -101,6 +105,7 @@ class SessionService:
         self._rigs = rigs
         self._board = board
         self._ledger = JobLedger(database, SessionRow, "session")
+        self._live: dict[str, LiveEstimators] = {}
 
     def create(self, spec: SessionSpec, who: Principal) -> SessionView:
         """Check a session and keep it; nothing moves.
@@ -147,7 +152,8 @@ class SessionService:
                 raise ConflictError(f"rig {rig.id} is at work", "wait for its end, or stop it")
         folder = self._data_dir / FOLDER / job_id
         plan = self._plan(folder / DOCUMENT, rig)
-        book = SessionBook(self._database, self._data_dir, self._ledger, rig, job_id)
+        live = _make_live(plan, rig)
+        book = self._book(job_id, rig, live)
         order = JobOrder(
             id=job_id,
             title=f"session {row.name}",
@@ -155,15 +161,26 @@ class SessionService:
             who=who,
             plan=plan,
             folder=folder,
+            watch=live,
             finish=_identify_what_is_there,
         )
         book.happened(Happening.START, "")
+        self._live = {key: kept for key, kept in self._live.items() if self._board.find(key) is not None}
+        self._live[job_id] = live
         try:
             self._board.launch(order, book)
         except BaseException as error:
             book.happened(Happening.REFUSED, str(error))
             raise
         return self.get(job_id)
+
+    def live_of(self, rig_id: str) -> LiveEstimators | None:
+        """Return the estimators that run on a rig now."""
+        for job_id, live in list(self._live.items()):
+            run = self._board.find(job_id)
+            if run is not None and run.alive and run.order.rig.id == rig_id:
+                return live
+        return None
 
     def ask(self, job_id: str, happening: Happening) -> SessionView:
         """Pause, resume, stop or abort.
@@ -173,8 +190,7 @@ class SessionService:
             ConflictError: not possible in its present state.
         """
         row = self._ledger.row(job_id)
-        book = SessionBook(self._database, self._data_dir, self._ledger, self._rigs.get(row.rig_id), job_id)
-        book.happened(happening, "")
+        self._book(job_id, self._rigs.get(row.rig_id), None).happened(happening, "")
         run = self._board.find(job_id)
         if run is not None:
             run.ask(happening)
@@ -206,6 +222,9 @@ class SessionService:
             )
         return path
 
+    def _book(self, job_id: str, rig: ServedRig, live: LiveEstimators | None) -> SessionBook:
+        return SessionBook(self._database, self._data_dir, self._ledger, rig, job_id, live)
+
     def _plan(self, path: Path, rig: ServedRig) -> CampaignPlan:
         try:
             return plan_document(load_document(path), path, rig, None)
@@ -215,7 +234,8 @@ class SessionService:
     def _view(self, row: JobRow) -> SessionView:
         if not isinstance(row, SessionRow):
             raise TypeError("a row of another kind of job")
-        state, run = shown_state(row), self._board.find(row.id)
+        state, run, live = shown_state(row), self._board.find(row.id), self._live.get(row.id)
+        running = run is not None and run.alive
         return SessionView(
             id=row.id,
             name=row.name,
@@ -225,14 +245,44 @@ class SessionService:
             possible=tuple(each for each in allowed(state) if each is not Happening.REQUEUE),
             spec=row.spec,
             figures=row.figures,
-            live=None,
-            progress=None if run is None or not run.alive else run.progress,
+            live=live.snapshot() if running and live is not None else row.figures.get("live"),
+            progress=run.progress if running and run is not None else None,
             recording_id=row.recording_id,
             created_by=row.created_by,
             created_at=row.created_at,
             started_at=row.started_at,
             ended_at=row.ended_at,
         )
+
+
+def _make_live(plan: CampaignPlan, rig: ServedRig) -> LiveEstimators:
+    """Return the estimators that learn from the training record, with the identification's own options."""
+    step = plan.steps[-1].step
+    if not isinstance(step, IdentifyStep):
+        raise TypeError("a session ends with an identification")
+    options = make_options(
+        IdentifyRequest(
+            train=Path(TRAIN),
+            test=Path(TEST),
+            order=step.order,
+            delay=step.delay,
+            methods=step.methods,
+            options=step.options,
+        )
+    )
+
+    def choose(record: RecordStep) -> LiveSource | None:
+        driver = rig.worker.driver
+        sent = driver.dictionary.layout(record.layout).channels
+        calibrations = channel_columns(driver, rig.rig)
+        return choose_source(
+            {each.column: each for name, each in calibrations.items() if name in sent},
+            tick_hz=driver.hello.tick_hz,
+            divisor=record.divisor,
+            duration_s=record.duration_s,
+        )
+
+    return LiveEstimators(TRAIN, step.sample_time_s, options, choose)
 
 
 def _campaign(spec: SessionSpec, who: Principal) -> Json:

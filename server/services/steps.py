@@ -47,6 +47,9 @@ class SampleWatch(Protocol):
     def progress(self, progress: RecordProgress) -> None:
         """Take note of where the record is."""
 
+    def end(self) -> None:
+        """Take note that the record has ended; called by the thread that called `begin`."""
+
 
 @dataclass(slots=True)
 class StepContext:
@@ -141,7 +144,11 @@ def _make_recording(context: StepContext, planned: PlannedStep, task: RecordingT
     def work(driver: DriverRig) -> RecordingResult:
         return make_recording(driver, task, tell, stop, None if watch is None else watch.take)
 
-    return work(context.driver) if context.on_rig is None else context.on_rig(planned.title, work, stop)
+    try:
+        return work(context.driver) if context.on_rig is None else context.on_rig(planned.title, work, stop)
+    finally:
+        if watch is not None:
+            watch.end()
 
 
 def _progress_teller(context: StepContext) -> Callable[[RecordProgress], None]:

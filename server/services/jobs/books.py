@@ -9,6 +9,7 @@ import sqlalchemy as sa
 from server.services.identification import JSON_NAME
 from server.services.jobs.ledger import JobLedger, JobRow
 from server.services.jobs.machine import ENDED, Happening
+from server.services.live.estimators import LiveEstimators
 from server.services.manifest import Ended, StepEntry
 from server.services.rigs.served_rig import ServedRig
 from server.services.startup import register_recording
@@ -70,12 +71,19 @@ class _Book:
 
 
 class SessionBook:
-    """Book of one session; arguments as of `_Book`."""
+    """Book of one session; arguments as of `_Book`, and the estimators whose last word is kept."""
 
     def __init__(
-        self, database: Database, data_dir: Path, ledger: JobLedger, rig: ServedRig, job_id: str
+        self,
+        database: Database,
+        data_dir: Path,
+        ledger: JobLedger,
+        rig: ServedRig,
+        job_id: str,
+        live: LiveEstimators | None,
     ) -> None:
         self._book = _Book(database, data_dir, ledger, rig, job_id)
+        self._live = live
 
     def happened(self, happening: Happening, reason: str) -> None:
         """Take note of a change of state; at the end, of what was identified."""
@@ -88,6 +96,9 @@ class SessionBook:
         """Keep the figures of a record."""
         if entry.figures:
             self._add_figures({"records": {entry.title: entry.figures}})
+        last = None if self._live is None else self._live.snapshot()
+        if last is not None and entry.kind == "record" and entry.ended is not Ended.RUNNING:
+            self._add_figures({"live": last})
 
     def recorded(self, entry: StepEntry, path: Path) -> None:
         """List a recording; the session's own is its training record."""

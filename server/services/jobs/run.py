@@ -346,3 +346,7 @@ class _Watch:
         self.kept.samples_expected = progress.samples + progress.samples_lost
         if self.also is not None:
             self.also.progress(progress)
+
+    def end(self) -> None:
+        if self.also is not None:
+            self.also.end()
