@@ -9,10 +9,7 @@ is never begun again but by `requeue`, and then from its first step, in a folder
 import logging
 import shutil
 import tempfile
-import threading
 import uuid
-from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -21,18 +18,19 @@ import sqlalchemy as sa
 from server.config.campaign import Campaign
 from server.config.submitted import yaml_of_json
 from server.errors import InputError, InputLocation
-from server.services.errors import ConflictError, InvalidValueError
+from server.services.campaign_views import CampaignView, Forecast, ItemView, QueueView, item_view
+from server.services.errors import ConflictError
 from server.services.jobs.board import JobBoard
 from server.services.jobs.books import CampaignBook, shown_state
-from server.services.jobs.held_lease import check_free
 from server.services.jobs.ledger import JobFilter, JobLedger, JobRow
 from server.services.jobs.machine import Happening, allowed
-from server.services.jobs.planning import DOCUMENT, StepForecast, forecast, load_document, plan_document
-from server.services.jobs.run import JobOrder, JobProgress
+from server.services.jobs.order import JobOrder
+from server.services.jobs.planning import DOCUMENT, forecast, load_document, plan_document
+from server.services.jobs.queues import CampaignQueues, owner_of
 from server.services.plan import CampaignPlan
 from server.services.rigs.registry import RigRegistry
 from server.services.rigs.served_rig import ServedRig
-from server.services.tokens import Principal, Scope
+from server.services.tokens import Principal, TokenService
 from server.storage.database import Database
 from server.storage.states import JobState
 from server.storage.tables import CampaignItemRow, CampaignRow
@@ -43,60 +41,6 @@ _LOOK_S = 0.5
 Json = dict[str, Any]  # JSON values
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ItemView:
-    """One step of a campaign."""
-
-    position: int
-    kind: str
-    title: str
-    state: JobState
-    reason: str
-    figures: Json
-    recording_id: str | None
-    started_at: datetime | None
-    ended_at: datetime | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CampaignView:
-    """A campaign as everybody may see it."""
-
-    id: str
-    name: str
-    rig_id: str
-    state: JobState
-    reason: str
-    possible: tuple[Happening, ...]
-    position: int
-    duration_s: float
-    items: tuple[ItemView, ...]
-    progress: JobProgress | None
-    created_by: str
-    created_at: datetime
-    started_at: datetime | None
-    ended_at: datetime | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Forecast:
-    """What a campaign would do."""
-
-    name: str
-    rig_id: str
-    duration_s: float
-    steps: tuple[StepForecast, ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class QueueView:
-    """The campaigns that wait for a rig, in order."""
-
-    rig_id: str
-    held: bool
-    waiting: tuple[CampaignView, ...]
-
-
 class CampaignService:
     """Takes, queues, runs and shows campaigns.
 
@@ -105,34 +49,35 @@ class CampaignService:
         data_dir: below it each has a folder.
         rigs: what they run on.
         board: what runs now.
+        tokens: whose owners' campaigns may begin.
         models: folder of the model files that `gap` steps may name.
     """
 
-    def __init__(
-        self, database: Database, data_dir: Path, rigs: RigRegistry, board: JobBoard, models: Path | None
+    def __init__(  # its collaborators
+        self,
+        database: Database,
+        data_dir: Path,
+        rigs: RigRegistry,
+        board: JobBoard,
+        tokens: TokenService,
+        models: Path | None,
     ) -> None:
         self._database = database
         self._data_dir = data_dir
         self._rigs = rigs
         self._board = board
+        self._tokens = tokens
         self._models = models
         self._ledger = JobLedger(database, CampaignRow, "campaign")
-        self._look = threading.Event()
-        self._closing = threading.Event()
-        self._changing = threading.Lock()
-        self._held = {row.rig_id for row in self._waiting(None)}
-        self._thread = threading.Thread(target=self._mind_queues, name="jointscope-queues", daemon=True)
+        self._queues = CampaignQueues(database, rigs, board, self._begin)
 
     def start(self) -> None:
         """Begin to look after the queues."""
-        self._thread.start()
+        self._queues.start()
 
     def close(self) -> None:
         """Begin no further campaign."""
-        self._closing.set()
-        self._look.set()
-        if self._thread.is_alive():
-            self._thread.join()
+        self._queues.close()
 
     def forecast(self, text: str, rig_id: str | None, *, is_json: bool) -> Forecast:
         """Check every step and predict what it does; nothing is kept and nothing moves.
@@ -162,13 +107,13 @@ class CampaignService:
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
             raise
-        with self._changing:
+        with self._queues.changing:
             row = CampaignRow(
                 id=job_id,
                 rig_id=rig.id,
                 name=plan.campaign.name,
                 state=JobState.QUEUED.value,
-                position=self._last_position(rig.id) + 1,
+                position=self._queues.last_position(rig.id) + 1,
                 document={"owner": _describe(who), "duration_s": plan.duration_s, "attempt": 1},
                 folder=f"{FOLDER}/{job_id}",
                 created_by=who.name,
@@ -177,7 +122,7 @@ class CampaignService:
             with self._database.write() as session:
                 session.add(row)
         rig.tell("campaign.queued", f'campaign "{row.name}" of {who.name} is queued', id=job_id)
-        self._look.set()
+        self._queues.look()
         return self.get(job_id)
 
     def ask(self, job_id: str, happening: Happening) -> CampaignView:
@@ -200,17 +145,17 @@ class CampaignService:
             NotFoundError: no such campaign.
             ConflictError: it waits, runs, or is done.
         """
-        with self._changing:
+        with self._queues.changing:
             self._book(job_id).happened(Happening.REQUEUE, "")
             with self._database.write() as session:
                 row = session.get_one(CampaignRow, job_id)
-                row.position = self._last_position(row.rig_id) + 1
+                row.position = self._queues.last_position(row.rig_id) + 1
                 attempt = row.document.get("attempt", 1) + 1
                 row.document = {**row.document, "owner": _describe(who), "attempt": attempt}
                 for item in row.items:
                     item.state, item.reason, item.figures = JobState.QUEUED.value, "", {}
                     item.started_at = item.ended_at = None
-        self._look.set()
+        self._queues.look()
         return self.get(job_id)
 
     def queue(self, rig_id: str) -> QueueView:
@@ -220,15 +165,12 @@ class CampaignService:
             NotFoundError: no such rig.
         """
         rig = self._rigs.get(rig_id)
-        waiting = tuple(self._view(row) for row in self._waiting(rig.id))
-        return QueueView(rig_id=rig.id, held=rig.id in self._held, waiting=waiting)
+        waiting = tuple(self._view(row) for row in self._queues.waiting(rig.id))
+        return QueueView(rig_id=rig.id, held=self._queues.is_held(rig.id), waiting=waiting)
 
     def queue_length(self, rig_id: str) -> int:
         """Return how many campaigns wait for a rig."""
-        query = sa.select(sa.func.count()).select_from(CampaignRow)
-        query = query.where(CampaignRow.state == JobState.QUEUED.value, CampaignRow.rig_id == rig_id)
-        with self._database.read() as session:
-            return session.scalar(query) or 0
+        return self._queues.length(rig_id)
 
     def arrange(self, rig_id: str, order: list[str] | None, held: bool | None) -> QueueView:
         """Put a queue into another order, hold it, or release it.
@@ -243,12 +185,12 @@ class CampaignService:
             InvalidValueError: `order` does not name exactly those that wait.
         """
         rig = self._rigs.get(rig_id)
-        with self._changing:
+        with self._queues.changing:
             if order is not None:
-                self._reorder(rig.id, order)
+                self._queues.reorder(rig.id, order)
             if held is not None:
-                (self._held.add if held else self._held.discard)(rig.id)
-        self._look.set()
+                self._queues.hold(rig.id, held=held)
+        self._queues.look()
         return self.queue(rig.id)
 
     def get(self, job_id: str) -> CampaignView:
@@ -296,58 +238,12 @@ class CampaignService:
             f"{named}; give the query ?rig= one of: {known}", InputLocation(source="campaign", field="rig")
         )
 
-    def _waiting(self, rig_id: str | None) -> list[CampaignRow]:
-        query = sa.select(CampaignRow).where(CampaignRow.state == JobState.QUEUED.value)
-        if rig_id is not None:
-            query = query.where(CampaignRow.rig_id == rig_id)
-        with self._database.read() as session:
-            return list(session.scalars(query.order_by(CampaignRow.position, CampaignRow.created_at)))
-
-    def _last_position(self, rig_id: str) -> int:
-        return max((row.position for row in self._waiting(rig_id)), default=0)
-
-    def _reorder(self, rig_id: str, order: list[str]) -> None:
-        waiting = [row.id for row in self._waiting(rig_id)]
-        if sorted(order) != sorted(waiting):
-            raise InvalidValueError(
-                "order must name each waiting campaign once",
-                field="order",
-                value=", ".join(order),
-                remedy=f"these wait: {', '.join(waiting) or 'none'}",
-            )
-        with self._database.write() as session:
-            for position, job_id in enumerate(order, start=1):
-                session.execute(
-                    sa.update(CampaignRow).where(CampaignRow.id == job_id).values(position=position)
-                )
-
-    def _mind_queues(self) -> None:
-        while not self._closing.is_set():
-            self._look.wait(_LOOK_S)
-            self._look.clear()
-            try:
-                for rig in self._rigs.all():
-                    self._begin_next(rig)
-            except Exception:  # noqa: BLE001  # outermost loop: the next look may succeed
-                _LOG.exception("the campaign queues could not be looked after")
-
-    def _begin_next(self, rig: ServedRig) -> None:
-        with self._changing:
-            if self._closing.is_set() or rig.id in self._held or not self._board.is_free(rig.id):
-                return
-            waiting = self._waiting(rig.id)
-            if not waiting:
-                return
-            row = waiting[0]
-            try:
-                check_free(rig, _owner(row))
-            except ConflictError:  # at work for somebody else: the campaign waits
-                return
-            self._begin(rig, row)
-
     def _begin(self, rig: ServedRig, row: CampaignRow) -> None:
         book = self._book(row.id)
         book.happened(Happening.TURN, "")
+        if not self._tokens.is_valid(owner_of(row).token_id):
+            book.happened(Happening.REFUSED, f"the token of {row.created_by} is not valid any more")
+            return
         try:
             path = self.document(row.id)
             plan = plan_document(load_document(path), path, rig, self._models)
@@ -356,7 +252,7 @@ class CampaignService:
                 id=row.id,
                 title=f"campaign {row.name}",
                 rig=rig,
-                who=_owner(row),
+                who=owner_of(row),
                 plan=plan,
                 folder=path.parent / f"run-{attempt}",
             )
@@ -393,20 +289,7 @@ class CampaignService:
         query = sa.select(CampaignItemRow).where(CampaignItemRow.campaign_id == job_id)
         with self._database.read() as session:
             rows = session.scalars(query.order_by(CampaignItemRow.position))
-            return tuple(
-                ItemView(
-                    position=item.position,
-                    kind=item.kind,
-                    title=item.title,
-                    state=JobState(item.state),
-                    reason=item.reason,
-                    figures=item.figures,
-                    recording_id=item.recording_id,
-                    started_at=item.started_at,
-                    ended_at=item.ended_at,
-                )
-                for item in rows
-            )
+            return tuple(item_view(item) for item in rows)
 
 
 def _items(plan: CampaignPlan) -> list[CampaignItemRow]:
@@ -420,9 +303,3 @@ def _items(plan: CampaignPlan) -> list[CampaignItemRow]:
 
 def _describe(who: Principal) -> Json:
     return {"token_id": who.token_id, "name": who.name, "scopes": sorted(who.scopes)}
-
-
-def _owner(row: CampaignRow) -> Principal:
-    owner = row.document["owner"]
-    scopes = frozenset(Scope(scope) for scope in owner["scopes"])
-    return Principal(token_id=owner["token_id"], name=owner["name"], scopes=scopes)

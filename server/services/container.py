@@ -92,16 +92,17 @@ def open_services(settings: ServiceSettings) -> Services:
             os.close(lock)
         raise
     registry, jobs, data_dir = RigRegistry(rigs), JobBoard(), settings.data_dir
+    tokens, models = TokenService(database), _models_beside(settings.rigs_dir)
     services = Services(
         settings=settings,
         database=database,
-        tokens=TokenService(database),
+        tokens=tokens,
         audit=AuditLog(database),
         events=events,
         rigs=registry,
         jobs=jobs,
         sessions=SessionService(database, data_dir, registry, jobs),
-        campaigns=CampaignService(database, data_dir, registry, jobs, _models_beside(settings.rigs_dir)),
+        campaigns=CampaignService(database, data_dir, registry, jobs, tokens, models),
         started=started,
         lock=lock,
     )

@@ -5,24 +5,23 @@ that run while the training record is made (`server/services/live`).
 """
 
 import uuid
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from server.config.campaign import IdentifyStep, RecordStep
 from server.config.submitted import write_document
-from server.errors import InputError, InputLocation
-from server.services.errors import ConflictError, InvalidValueError, NotFoundError
+from server.errors import InputError
+from server.services.errors import ConflictError, NotFoundError
 from server.services.identification import JSON_NAME, IdentifyRequest, make_options
 from server.services.jobs.board import JobBoard
 from server.services.jobs.books import SessionBook, shown_state
 from server.services.jobs.held_lease import check_free
 from server.services.jobs.ledger import JobFilter, JobLedger, JobRow
 from server.services.jobs.machine import Happening, allowed
+from server.services.jobs.order import JobOrder, JobProgress
 from server.services.jobs.planning import DOCUMENT, load_document, plan_document
-from server.services.jobs.run import JobOrder, JobProgress
-from server.services.limits import TICK_HZ
 from server.services.live.estimators import LiveEstimators
 from server.services.live.pipeline import LiveSource, choose_source
 from server.services.manifest import Manifest
@@ -30,6 +29,14 @@ from server.services.plan import CampaignPlan
 from server.services.rigs.calibrated import channel_columns
 from server.services.rigs.registry import RigRegistry
 from server.services.rigs.served_rig import ServedRig
+from server.services.session_spec import (
+    TEST,
+    TRAIN,
+    SessionSpec,
+    campaign_of,
+    check_sample_time,
+    named_as_in_the_request,
+)
 from server.services.steps import StepContext, perform_step
 from server.services.tokens import Principal
 from server.storage.database import Database
@@ -37,35 +44,7 @@ from server.storage.states import JobState
 from server.storage.tables import SessionRow
 
 FOLDER = "sessions"
-TRAIN, TEST = "train", "test"
 Json = dict[str, Any]  # JSON values
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SessionSpec:
-    """What to identify and how; excitations as in campaign files.
-
-    Attributes:
-        name: of the session.
-        rig_id: the rig.
-        train: `excitation` and `duration_s` of the training record.
-        test: the same of the test record; None scores on the training record.
-        record: further settings of both records (`layout`, `divisor`, `centring`).
-        identify: settings of the identification (`sample_time_s`, `order`, `delay`, `methods`, `options`).
-        operator: written into the recordings; empty takes the token's name.
-    """
-
-    name: str
-    rig_id: str
-    train: Json
-    test: Json | None = None
-    record: Json = field(default_factory=dict)
-    identify: Json = field(default_factory=dict)
-    operator: str = ""
-
-    def to_json(self) -> Json:
-        """Return the specification as it is stored."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,9 +94,9 @@ class SessionService:
             InputError, InvalidValueError: a value that rig or estimators do not take.
         """
         rig, job_id = self._rigs.get(spec.rig_id), uuid.uuid4().hex
-        _check_sample_time(spec)
+        check_sample_time(spec)
         folder = self._data_dir / FOLDER / job_id
-        path = write_document(folder / DOCUMENT, _campaign(spec, who))
+        path = write_document(folder / DOCUMENT, campaign_of(spec, who.name))
         try:
             self._plan(path, rig)
         except BaseException:
@@ -229,7 +208,7 @@ class SessionService:
         try:
             return plan_document(load_document(path), path, rig, None)
         except InputError as error:
-            raise _named_as_in_the_request(error) from error
+            raise named_as_in_the_request(error) from error
 
     def _view(self, row: JobRow) -> SessionView:
         if not isinstance(row, SessionRow):
@@ -283,42 +262,6 @@ def _make_live(plan: CampaignPlan, rig: ServedRig) -> LiveEstimators:
         )
 
     return LiveEstimators(TRAIN, step.sample_time_s, options, choose)
-
-
-def _campaign(spec: SessionSpec, who: Principal) -> Json:
-    records = {TRAIN: spec.train, **({} if spec.test is None else {TEST: spec.test})}
-    steps: list[Json] = [
-        {"record": {"name": name, **spec.record, **record}} for name, record in records.items()
-    ]
-    scored = TRAIN if spec.test is None else TEST
-    steps.append({"identify": {"train": TRAIN, "test": scored, **spec.identify}})
-    return {"name": spec.name, "operator": spec.operator or who.name, "steps": steps}
-
-
-def _check_sample_time(spec: SessionSpec) -> None:
-    """Refuse sample times that the live estimators could not have in step with the samples."""
-    own_s = spec.record.get("divisor", 1) / TICK_HZ
-    asked_s = spec.identify.get("sample_time_s", 0.2)
-    ratio = asked_s / own_s
-    if ratio < 1 - 1e-6 or abs(ratio - round(ratio)) > 1e-6 * ratio:
-        nearest = max(1, round(ratio)) * own_s
-        raise InvalidValueError(
-            f"sample_time_s={asked_s:g} is no multiple of the record's {own_s:g} s",
-            field="sample_time_s",
-            value=asked_s,
-            remedy=f"use {nearest:g} s",
-        )
-
-
-def _named_as_in_the_request(error: InputError) -> InputError:
-    """Name the fields as a session's request has them, not as its campaign document does."""
-    where = error.location
-    text, name = str(error.args[0]).removeprefix(f"{where}: "), where.field or ""
-    for mine, theirs in (("steps[0].record.", ""), ("steps[1].record.", "test.")):
-        if name.startswith(mine):
-            name = theirs + name.removeprefix(mine)
-    name = name.partition(".identify.")[2] or name
-    return InputError(text, InputLocation(source="session", field=name or None))
 
 
 def _identify_what_is_there(context: StepContext, manifest: Manifest) -> None:

@@ -10,7 +10,7 @@ from server.config.campaign import StepName
 from server.config.excitation import Excitation
 from server.config.units import Seconds
 from server.services.jobs.machine import Happening, JobState
-from server.services.sessions import SessionSpec
+from server.services.session_spec import SessionSpec
 
 Json = dict[str, Any]  # JSON values
 EXCITATION = {

@@ -3,7 +3,8 @@
 import threading
 
 from server.services.errors import BusyError, ClosingError
-from server.services.jobs.run import JobBook, JobOrder, JobRun
+from server.services.jobs.order import JobBook, JobOrder
+from server.services.jobs.run import JobRun
 
 _END_S = 30.0
 CLOSING = "the service was ended while this was under way; nothing is begun again by itself"

@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import sqlalchemy as sa
+from sqlalchemy.orm import Session
 
 from server.services.identification import JSON_NAME
-from server.services.jobs.ledger import JobLedger, JobRow
+from server.services.jobs.ledger import Also, JobLedger, JobRow
 from server.services.jobs.machine import ENDED, Happening
 from server.services.live.estimators import LiveEstimators
 from server.services.manifest import Ended, StepEntry
@@ -55,9 +56,9 @@ class _Book:
         self.rig = rig
         self.job_id = job_id
 
-    def change_state(self, happening: Happening, reason: str) -> JobState:
+    def change_state(self, happening: Happening, reason: str, also: Also | None = None) -> None:
         """Follow the table, and tell the new state."""
-        before, after = self.ledger.happen(self.job_id, happening, reason)
+        before, after = self.ledger.happen(self.job_id, happening, reason, also)
         name, kind = self.ledger.row(self.job_id).name, self.ledger.kind
         because = f": {reason}" if reason else ""
         self.rig.tell(
@@ -67,7 +68,6 @@ class _Book:
             before=before.value,
             state=after.value,
         )
-        return after
 
 
 class SessionBook:
@@ -139,17 +139,18 @@ class CampaignBook:
 
     def happened(self, happening: Happening, reason: str) -> None:
         """Take note of a change of state; items that were not begun are cancelled with the campaign."""
-        book = self._book
-        after = book.change_state(happening, reason)
-        if after not in ENDED:
-            return
-        state = JobState.INTERRUPTED if after is JobState.INTERRUPTED else JobState.STOPPED
-        with book.database.write() as session:
-            items = sa.update(CampaignItemRow).where(CampaignItemRow.campaign_id == book.job_id)
+
+        def end_items(session: Session, after: JobState) -> None:
+            if after not in ENDED:
+                return
+            state = JobState.INTERRUPTED if after is JobState.INTERRUPTED else JobState.STOPPED
+            items = sa.update(CampaignItemRow).where(CampaignItemRow.campaign_id == self._book.job_id)
             running = items.where(CampaignItemRow.state == JobState.RUNNING.value)
             session.execute(running.values(state=state.value, reason=reason, ended_at=utc_now()))
             waiting = items.where(CampaignItemRow.state == JobState.QUEUED.value)
             session.execute(waiting.values(state=JobState.CANCELLED.value, reason="not begun"))
+
+        self._book.change_state(happening, reason, end_items)
 
     def step_changed(self, entry: StepEntry) -> None:
         """Keep where an item stands."""

@@ -1,9 +1,7 @@
 """Where jobs stand, in the database: the only place that changes the state of a session or a campaign."""
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import datetime
-from typing import Any
 
 import sqlalchemy as sa
 from sqlalchemy.orm import Session
@@ -16,7 +14,7 @@ from server.storage.tables import CampaignRow, SessionRow
 from server.storage.types import utc_now
 
 JobRow = SessionRow | CampaignRow
-Json = dict[str, Any]  # JSON values
+Also = Callable[[Session, JobState], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,8 +42,16 @@ class JobLedger:
         self._table = table
         self.kind = kind
 
-    def happen(self, job_id: str, happening: Happening, reason: str = "") -> tuple[JobState, JobState]:
+    def happen(
+        self, job_id: str, happening: Happening, reason: str = "", also: Also | None = None
+    ) -> tuple[JobState, JobState]:
         """Take note of what happened, and return the states before and after.
+
+        Args:
+            job_id: of the job.
+            happening: what happened.
+            reason: why; empty leaves the one that is there.
+            also: changes what else belongs to the new state, in the same transaction.
 
         Raises:
             NotFoundError: no such job.
@@ -59,6 +65,8 @@ class JobLedger:
                 raise self._refused(row, before, happening)
             row.state = after.value
             _keep_times(row, after, reason)
+            if also is not None:
+                also(session, after)
             return before, after
 
     def state(self, job_id: str) -> JobState:
@@ -138,8 +146,3 @@ def _keep_times(row: JobRow, state: JobState, reason: str) -> None:
         row.reason = reason
     if state in ENDED:
         row.ended_at = utc_now()
-
-
-def times_of(row: JobRow) -> Mapping[str, datetime | None]:
-    """Return when a job was made, begun and ended."""
-    return {"created_at": row.created_at, "started_at": row.started_at, "ended_at": row.ended_at}

@@ -11,13 +11,9 @@ import contextlib
 import logging
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
-from daq.driver.outcome import RecordProgress
 from daq.driver.rig import Rig as DriverRig
-from daq.protocol.stream import SampleBlock
 from daq.recording.journal import JOURNAL_SUFFIX
 from daq.recording.journal_reader import ARCHIVE_SUFFIX
 from server.config.campaign import GapStep, IdentifyStep, RecordStep
@@ -26,13 +22,12 @@ from server.services.campaign import accounting, how_it_ended, new_manifest, pla
 from server.services.errors import ConflictError
 from server.services.jobs.held_lease import HeldLease
 from server.services.jobs.machine import Happening
+from server.services.jobs.order import JobBook, JobOrder, JobProgress, JobWatch, KeepingListener
 from server.services.manifest import Ended, Manifest, StepEntry
-from server.services.plan import CampaignPlan, PlannedStep
-from server.services.rigs.served_rig import ServedRig
+from server.services.plan import PlannedStep
 from server.services.rigs.worker import RigJob
 from server.services.run_folder import RECORDS
-from server.services.steps import SampleWatch, StepContext
-from server.services.tokens import Principal
+from server.services.steps import StepContext
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -41,70 +36,6 @@ _HAPPENING_OF = {
     Ended.REFUSED: Happening.REFUSED,
     Ended.INTERRUPTED: Happening.CUT_OFF,
 }
-
-
-class JobBook(Protocol):
-    """Writes down what a job does; called by the job's thread."""
-
-    def happened(self, happening: Happening, reason: str) -> None:
-        """Take note of a change of state."""
-
-    def step_changed(self, entry: StepEntry) -> None:
-        """Take note of a step that began or ended."""
-
-    def recorded(self, entry: StepEntry, path: Path) -> None:
-        """Take note of a new recording."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JobOrder:
-    """What to do.
-
-    Attributes:
-        id: of the session or campaign.
-        title: what the rig is said to be busy with.
-        rig: the rig.
-        who: who submitted it, and holds the rig while it runs.
-        plan: steps, checked.
-        folder: run folder; its files are relative to it.
-        watch: told of samples, besides the viewers.
-        finish: what is still done after a stop; may be None.
-    """
-
-    id: str
-    title: str
-    rig: ServedRig
-    who: Principal
-    plan: CampaignPlan
-    folder: Path
-    watch: SampleWatch | None = None
-    finish: Callable[[StepContext, Manifest], None] | None = None
-
-
-@dataclass(slots=True)
-class JobProgress:
-    """Where a running job is; replaced field by field, read by anybody.
-
-    Attributes:
-        step: index of the step under way.
-        steps: how many there are.
-        title: of the step.
-        done_s, total_s: of the step, in the rig's own time.
-        detail: samples received and lost, in words.
-        samples_received, samples_expected, samples_lost: of the record under way.
-        notes: what the steps said, newest last.
-    """
-
-    step: int = 0
-    steps: int = 0
-    title: str = ""
-    done_s: float = 0.0
-    total_s: float = 0.0
-    detail: str = ""
-    samples_received: int = 0
-    samples_expected: int = 0
-    samples_lost: int = 0
-    notes: list[str] = field(default_factory=list)
 
 
 class JobRun:
@@ -265,11 +196,11 @@ class JobRun:
         return StepContext(
             plan=order.plan,
             folder=order.folder,
-            listener=_Listener(self.progress),
+            listener=KeepingListener(self.progress),
             stop=self._stop,
             driver=order.rig.worker.driver,
             on_rig=self._on_rig,
-            watch=_Watch(order.rig, self.progress, order.watch),
+            watch=JobWatch(order.rig, self.progress, order.watch),
         )
 
     def _on_rig(self, title: str, work: Callable[[DriverRig], T], stop: threading.Event) -> T:
@@ -300,53 +231,3 @@ class JobRun:
 def _running(entry: StepEntry) -> StepEntry:
     entry.ended, entry.message = Ended.RUNNING, ""
     return entry
-
-
-@dataclass(slots=True)
-class _Listener:
-    """Keeps what the steps tell, for whoever asks."""
-
-    kept: JobProgress
-
-    def step_started(self, index: int, count: int, title: str) -> None:
-        self.kept.step, self.kept.steps, self.kept.title = index, count, title
-        self.kept.done_s = self.kept.total_s = 0.0
-        self.kept.detail = ""
-
-    def step_progress(self, done_s: float, total_s: float, detail: str) -> None:
-        self.kept.done_s, self.kept.total_s, self.kept.detail = done_s, total_s, detail
-
-    def step_ended(self, title: str, ended: str, detail: str) -> None:
-        self.kept.detail = f"{ended}: {detail}" if detail else ended
-
-    def note(self, text: str) -> None:
-        self.kept.notes = [*self.kept.notes[-19:], text]
-
-
-@dataclass(slots=True)
-class _Watch:
-    """Gives samples to the viewers, whose queues drop what they do not read, and to the job's own estimators."""
-
-    rig: ServedRig
-    kept: JobProgress
-    also: SampleWatch | None
-
-    def begin(self, step: RecordStep, journal: Path) -> None:
-        if self.also is not None:
-            self.also.begin(step, journal)
-
-    def take(self, blocks: list[SampleBlock]) -> None:
-        self.rig.worker.publish(blocks)
-        if self.also is not None:
-            self.also.take(blocks)
-
-    def progress(self, progress: RecordProgress) -> None:
-        self.kept.samples_received = progress.samples
-        self.kept.samples_lost = progress.samples_lost
-        self.kept.samples_expected = progress.samples + progress.samples_lost
-        if self.also is not None:
-            self.also.progress(progress)
-
-    def end(self) -> None:
-        if self.also is not None:
-            self.also.end()

@@ -154,6 +154,18 @@ def test_a_campaign_waits_while_somebody_else_holds_the_rig(rested: Service) -> 
     reach(rested, client, campaign, "done")
 
 
+def test_a_campaign_of_a_revoked_token_does_not_begin(rested: Service) -> None:
+    admin = rested.client()
+    made = admin.post("/api/v1/tokens", json={"name": "leaves", "scopes": ["run"]}).json()
+    admin.put(QUEUE, json={"held": True})
+    bearer = {"Authorization": f"Bearer {made['secret']}"}
+    answer = rested.client(None).post(PATH, content=QUICK, headers={**YAML, **bearer})
+    admin.delete(f"/api/v1/tokens/{made['token']['id']}")
+    admin.put(QUEUE, json={"held": False})
+    view = reach(rested, admin, answer.json()["id"], "refused")
+    assert view["reason"] == "the token of leaves is not valid any more"
+
+
 def test_pause_resume_and_stop_end_with_the_recordings_kept(real_time: Service) -> None:
     client = real_time.client("run")
     campaign = post(client, LONG).json()["id"]

@@ -214,6 +214,19 @@ def test_pause_brings_the_drive_to_rest_and_resume_records_anew(real_time: Servi
     assert names == {"train.parquet", "train.paused1.parquet"}
 
 
+def test_an_estop_ends_the_session_as_tripped_with_cause_and_remedy(real_time: Service) -> None:
+    client = real_time.client("arm")
+    session = create(client, LONG)
+    client.post(f"{PATH}/{session}/start")
+    learning(real_time, client, session)
+    real_time.client("read").post(f"/api/v1/rigs/{RIG}/estop")
+    view = reach(real_time, client, session, "tripped")
+    assert "stop" in view["reason"]
+    assert view["recording_id"]
+    with real_time.hold(client) as lease:
+        assert client.post(f"/api/v1/rigs/{RIG}/clear-fault", headers=lease).status_code == 200
+
+
 def test_who_takes_the_rig_over_ends_the_session_by_name(real_time: Service) -> None:
     client, other = real_time.client("run"), real_time.client("admin")
     session = create(client, LONG)
