@@ -1,7 +1,8 @@
 """Run the benchmark programs one after the other: `python -m benchmarks [NAME ...]`.
 
 Each program stands alone and prints its own table; this file only lists them, says on which machine they run, and
-reports those that failed. `soak` lasts half an hour and runs only when it is named.
+reports those that failed. `soak` and `service_kill` last long and run only when they are
+named.
 """
 
 import os
@@ -25,8 +26,9 @@ PROGRAMS = {
     "command_line": "first estimate from the command line, cold and warm",
     "scaling": "what a night of 10,000 joints needs",
     "soak": "half an hour at 1x with the other core busy",
+    "service_kill": "kill -9 of the service at 50 random moments of a campaign",
 }
-ONLY_WHEN_NAMED = ("soak",)
+ONLY_WHEN_NAMED = ("soak", "service_kill")
 
 
 def main(names: list[str]) -> int:

@@ -37,17 +37,23 @@ def build_regression(dataset: Dataset, structure: ModelStructure) -> Regression:
     Raises:
         ValueError: If the data hold fewer rows than the model has parameters.
     """
-    reach = structure.reach
-    pieces = [np.arange(s.start + reach, s.stop, dtype=np.int64) for s in dataset.segments]
-    pieces = [piece for piece in pieces if piece.size]
-    n_rows = sum(piece.size for piece in pieces)
+    regression = build_rows(dataset, structure)
+    n_rows = regression.y.size
     if n_rows <= structure.n_parameters:
         raise ValueError(
             f"{dataset.n} samples in {len(dataset.starts)} segments give {n_rows} regressors for "
             f"{structure.n_parameters} parameters; record more, or lower the order or the delay"
         )
-    rows = np.concatenate(pieces)
-    phi = np.empty((n_rows, structure.n_phi))
+    return regression
+
+
+def build_rows(dataset: Dataset, structure: ModelStructure, first: int = 0) -> Regression:
+    """Build the rows whose output is sample `first` or a later one, however few they are."""
+    reach = structure.reach
+    pieces = [np.arange(max(s.start + reach, first), s.stop, dtype=np.int64) for s in dataset.segments]
+    pieces = [piece for piece in pieces if piece.size]
+    rows = np.concatenate([np.empty(0, dtype=np.int64), *pieces])
+    phi = np.empty((rows.size, structure.n_phi))
     for i in range(structure.na):
         np.negative(dataset.y[rows - (i + 1)], out=phi[:, i])
     for j in range(structure.nb):

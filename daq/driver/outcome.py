@@ -28,6 +28,7 @@ class RecordProgress:
         samples_lost: Samples known to be missing.
         link_up: False while a lost port is being looked for.
         trouble: What went wrong with the link in the last second, in plain words; empty when nothing did.
+        start_tick: Controller tick of the excitation's first value, 64-bit axis; None before it is known.
     """
 
     elapsed_s: float
@@ -36,6 +37,7 @@ class RecordProgress:
     samples_lost: int
     link_up: bool
     trouble: str
+    start_tick: int | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -111,6 +111,7 @@ class RunWatch:
             samples_lost=self._lost,
             link_up=self._rig.link_up,
             trouble=self._rig.link_statistics().cause,
+            start_tick=self.start_tick,
         )
 
     def outcome(self, end: RecordEnd, error: DaqError | None, report: ExcitationReport) -> RecordOutcome:

@@ -16,11 +16,18 @@ from starlette.concurrency import run_in_threadpool
 from server.api import openapi, problems
 from server.api.dependencies import authenticate
 from server.api.pages import docs_page
-from server.api.routers import access, events, health, leases, rigs
+from server.api.routers import access, campaigns, events, health, leases, rigs, sessions
 from server.services.container import Services, open_services
 from server.services.settings import ServiceSettings
 
-ROUTERS = (rigs.router, leases.router, events.router, access.router)
+ROUTERS = (
+    rigs.router,
+    leases.router,
+    sessions.router,
+    campaigns.router,
+    events.router,
+    access.router,
+)
 _URGENT_THREADS = 8
 
 

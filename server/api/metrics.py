@@ -22,6 +22,7 @@ class ServiceCollector(Collector):
         """Give all metrics."""
         yield from self._rigs()
         yield from self._links()
+        yield from self._jobs()
         events = self._services.events
         yield CounterMetricFamily(
             "jointscope_events_dropped", "Events that could not be stored.", events.dropped
@@ -42,6 +43,23 @@ class ServiceCollector(Collector):
             lease.add_metric([rig.id], view.lease.expires_in_s if view.lease else 0.0)
             viewers.add_metric([rig.id], view.viewers)
         yield from (connected, armed, lease, viewers)
+
+    def _jobs(self) -> Iterator[Metric]:
+        queue = GaugeMetricFamily(
+            "jointscope_queue_length", "Campaigns that wait for the rig.", labels=["rig"]
+        )
+        last = GaugeMetricFamily(
+            "jointscope_fit_seconds", "Time that the live estimators took for the last rows.", labels=["rig"]
+        )
+        worst = GaugeMetricFamily(
+            "jointscope_fit_seconds_max", "Longest such time of the session that runs.", labels=["rig"]
+        )
+        for rig in self._services.rigs.all():
+            queue.add_metric([rig.id], self._services.campaigns.queue_length(rig.id))
+            live = self._services.sessions.live_of(rig.id)
+            last.add_metric([rig.id], 0.0 if live is None else live.fit_time_s)
+            worst.add_metric([rig.id], 0.0 if live is None else live.fit_time_max_s)
+        yield from (queue, last, worst)
 
     def _links(self) -> Iterator[Metric]:
         families: dict[str, CounterMetricFamily] = {}

@@ -30,6 +30,12 @@ def identify(  # noqa: PLR0913  # one parameter for each option of the command
     methods: Annotated[
         str, typer.Option("--methods", help="Estimators, separated by commas.")
     ] = "rls,erls,rls_kf",
+    option: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--option", metavar="NAME=VALUE", help="Of the estimators, for example forgetting=0.99."
+        ),
+    ] = None,
     input_column: Annotated[
         str | None,
         typer.Option("--input", metavar="COLUMN", help="Input; default current_ref_A, else current_A."),
@@ -47,6 +53,7 @@ def identify(  # noqa: PLR0913  # one parameter for each option of the command
         order=order,
         delay=delay,
         methods=tuple(name.strip() for name in methods.split(",") if name.strip()),
+        options=_read_options(option or []),
         signals=Signals(input=input_column, output=output_column),
     )
     identification = run_identification(request, out, typer.echo)
@@ -54,3 +61,17 @@ def identify(  # noqa: PLR0913  # one parameter for each option of the command
     from server.cli.results import show_identification
 
     show_identification(identification, out)
+
+
+def _read_options(texts: list[str]) -> dict[str, float]:
+    from server.errors import InputError, InputLocation
+
+    options = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        try:
+            options[name] = float(value)
+        except ValueError:
+            where = InputLocation(field="--option")
+            raise InputError(f"{text!r} is not NAME=NUMBER, for example forgetting=0.99", where) from None
+    return options

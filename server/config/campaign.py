@@ -52,6 +52,7 @@ class IdentifyStep(StrictModel):
     order: Annotated[int, Field(ge=1, le=8)] = 2
     delay: Annotated[int, Field(ge=1, le=50)] = 1
     methods: Annotated[tuple[str, ...], Field(min_length=1)] = ("rls", "erls", "rls_kf")
+    options: dict[str, float] = Field(default_factory=dict)
     input: str | None = None
     output: str = DEFAULT_OUTPUT
 

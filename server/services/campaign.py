@@ -67,9 +67,9 @@ def run_campaign(
         DaqError: the rig refused.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    manifest = _new_manifest(plan)
+    manifest = new_manifest(plan)
     with (
-        _accounting(manifest, folder, manifest),
+        accounting(manifest, folder, manifest),
         connected_rig(plan.rig, plan.rig_path, listener.note) as driver,
     ):
         manifest.rig["controller"] = describe_controller(driver)
@@ -77,7 +77,7 @@ def run_campaign(
             driver.clear_fault()
         context = StepContext(plan=plan, folder=folder, listener=listener, stop=stop, driver=driver)
         for planned, entry in zip(plan.steps, manifest.steps, strict=True):
-            _play_step(context, planned, entry, manifest)
+            play_step(context, planned, entry, manifest)
     return CampaignResult(
         manifest=manifest, identifications=tuple(context.identifications), gaps=tuple(context.gaps)
     )
@@ -88,20 +88,21 @@ def how_it_ended(error: BaseException) -> Ended:
     return next((ended for kind, ended in ENDED_BY if isinstance(error, kind)), Ended.FAILED)
 
 
-def _play_step(context: StepContext, planned: PlannedStep, entry: StepEntry, manifest: Manifest) -> None:
+def play_step(context: StepContext, planned: PlannedStep, entry: StepEntry, manifest: Manifest) -> None:
+    """Play one step and write down in the manifest how it ended; raises what `perform_step` raises."""
     if context.stop.is_set():
         raise CampaignStoppedError(f"stopped before {planned.title}")
     entry.started, entry.ended = now(), Ended.RUNNING
     context.listener.step_started(entry.index, len(manifest.steps), planned.title)
     try:
-        with _accounting(entry, context.folder, manifest):
+        with accounting(entry, context.folder, manifest):
             perform_step(context, planned, entry)
     finally:
         context.listener.step_ended(planned.title, entry.ended.value, entry.message or _summary(entry))
 
 
 @contextlib.contextmanager
-def _accounting(account: Manifest | StepEntry, folder: Path, manifest: Manifest) -> Iterator[None]:
+def accounting(account: Manifest | StepEntry, folder: Path, manifest: Manifest) -> Iterator[None]:
     """Write into the manifest how a run, or one of its steps, ended, whatever ends it."""
     try:
         yield
@@ -115,7 +116,8 @@ def _accounting(account: Manifest | StepEntry, folder: Path, manifest: Manifest)
         manifest.write(folder)
 
 
-def _new_manifest(plan: CampaignPlan) -> Manifest:
+def new_manifest(plan: CampaignPlan) -> Manifest:
+    """Return the manifest of a run that begins now."""
     return Manifest(
         campaign={"name": plan.campaign.name, **describe_source(plan.campaign_path)},
         rig={"name": plan.rig.name, "url": plan.rig.link.url, **describe_source(plan.rig_path)},

@@ -12,9 +12,12 @@ from pathlib import Path
 
 from server.errors import InputError, InputLocation
 from server.services.audit import AuditLog
+from server.services.campaigns import CampaignService
 from server.services.events import EventLog
+from server.services.jobs.board import JobBoard
 from server.services.rigs.lease_ledger import LeaseLedger
 from server.services.rigs.registry import RigRegistry, load_rigs
+from server.services.sessions import SessionService
 from server.services.settings import ServiceSettings
 from server.services.startup import StartReport, recover
 from server.services.tokens import TokenService
@@ -33,6 +36,9 @@ class Services:
     audit: AuditLog
     events: EventLog
     rigs: RigRegistry
+    jobs: JobBoard
+    sessions: SessionService
+    campaigns: CampaignService
     started: StartReport
     lock: int
     closing: threading.Event = field(default_factory=threading.Event)
@@ -47,6 +53,8 @@ class Services:
     def close(self) -> None:
         """Bring the rigs to rest, store what waits, and let the data folder go."""
         self.closing.set()
+        self.campaigns.close()
+        self.jobs.close()
         self.rigs.close()
         self.events.close()
         self.database.close()
@@ -83,23 +91,35 @@ def open_services(settings: ServiceSettings) -> Services:
         if lock >= 0:
             os.close(lock)
         raise
+    registry, jobs, data_dir = RigRegistry(rigs), JobBoard(), settings.data_dir
+    tokens, models = TokenService(database), _models_beside(settings.rigs_dir)
     services = Services(
         settings=settings,
         database=database,
-        tokens=TokenService(database),
+        tokens=tokens,
         audit=AuditLog(database),
         events=events,
-        rigs=RigRegistry(rigs),
+        rigs=registry,
+        jobs=jobs,
+        sessions=SessionService(database, data_dir, registry, jobs),
+        campaigns=CampaignService(database, data_dir, registry, jobs, tokens, models),
         started=started,
         lock=lock,
     )
     events.start()
     services.rigs.start()
+    services.campaigns.start()
     if settings.emulate is not None:
         for rig in services.rigs.all():
             if rig.view().emulated:
                 rig.worker.start()
     return services
+
+
+def _models_beside(rigs_dir: Path | None) -> Path | None:
+    """Return the folder of model files that lies beside the folder of rig files."""
+    folder = None if rigs_dir is None else rigs_dir.parent / "models"
+    return folder if folder is not None and folder.is_dir() else None
 
 
 def _lock_folder(folder: Path) -> int:

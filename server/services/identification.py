@@ -3,9 +3,9 @@
 import json
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from estimators.regressors import build_regression
 from estimators.settings import IdentifyOptions
@@ -18,6 +18,17 @@ if TYPE_CHECKING:
 
 JSON_NAME = "identification.json"
 DEFAULT_METHODS = ("rls", "erls", "rls_kf")
+# Options of `IdentifyOptions` that a user may set, and what they are made of.
+TUNABLE: Mapping[str, type[int] | type[float] | type[bool]] = {
+    "residual_terms": int,
+    "forgetting": float,
+    "directional_forgetting": float,
+    "reset_interval": int,
+    "rw": float,
+    "rv": float,
+    "start_near_zero": bool,
+    "max_lag": int,
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,6 +42,7 @@ class IdentifyRequest:
         order: past outputs and inputs of the models.
         delay: samples between the input and its first effect.
         methods: names in `estimators.table.ESTIMATORS`.
+        options: further options of the estimators by name, see `TUNABLE`.
         signals: input and output columns.
     """
 
@@ -40,6 +52,7 @@ class IdentifyRequest:
     order: int = 2
     delay: int = 1
     methods: tuple[str, ...] = DEFAULT_METHODS
+    options: Mapping[str, float] = field(default_factory=dict)
     signals: Signals = Signals()
 
 
@@ -100,9 +113,30 @@ def make_options(request: IdentifyRequest) -> IdentifyOptions:
     try:
         for method in request.methods:
             find_estimator(method)
-        return IdentifyOptions(order=request.order, delay=request.delay, methods=request.methods)
+        return IdentifyOptions(
+            order=request.order,
+            delay=request.delay,
+            methods=request.methods,
+            **tuned_options(request.options),
+        )
     except ValueError as error:
         raise InputError(str(error)) from error
+
+
+def tuned_options(options: Mapping[str, float]) -> dict[str, Any]:  # Any: each has the type that TUNABLE says
+    """Return estimator options with their proper types.
+
+    Raises:
+        ValueError: an option that does not exist, or a fraction where a whole number is needed.
+    """
+    tuned: dict[str, Any] = {}  # Any: the same
+    for name, value in options.items():
+        if name not in TUNABLE:
+            raise ValueError(f"option {name!r} does not exist; allowed: {', '.join(TUNABLE)}")
+        tuned[name] = TUNABLE[name](value)
+        if tuned[name] != value:
+            raise ValueError(f"option {name}={value:g} must be of type {TUNABLE[name].__name__}")
+    return tuned
 
 
 def first_estimate(train: PreparedData, options: IdentifyOptions) -> str:

@@ -82,7 +82,16 @@ class _Planner:
         if isinstance(step, GapStep):
             return self._plan_gap(index, step)
         check_methods(step.methods, lambda: self._at(index, "identify", "methods"))
+        self._check_options(index, step)
         return PlannedStep(step=step, title=_identify_title(step))
+
+    def _check_options(self, index: int, step: IdentifyStep) -> None:
+        from server.services.identification import tuned_options
+
+        try:
+            tuned_options(step.options)
+        except ValueError as error:
+            raise InputError(str(error), self._at(index, "identify", "options")) from error
 
     def _plan_gap(self, index: int, step: GapStep) -> PlannedStep:
         """Read the model now: a mistake in it should not come to light after the recordings."""

@@ -41,6 +41,11 @@ class RecordingTask:
     operator: str
     folder: Path
 
+    @property
+    def journal(self) -> Path:
+        """The journal while it is written."""
+        return self.folder / (self.step.name + JOURNAL_SUFFIX)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordingResult:
@@ -67,7 +72,7 @@ def make_recording(
         JournalWriteError: the journal cannot be created.
     """
     task.folder.mkdir(parents=True, exist_ok=True)
-    journal_path = task.folder / (task.step.name + JOURNAL_SUFFIX)
+    journal_path = task.journal
     journal = Journal.create(journal_path, _header(driver, task))
     reason = "aborted"
     try:

@@ -4,10 +4,12 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Protocol, TypeVar
 
 from daq.driver.outcome import RecordEnd, RecordOutcome, RecordProgress
 from daq.driver.rig import Rig as DriverRig
 from daq.errors import DeviceFaultError, ExcitationLimitError
+from daq.protocol.stream import SampleBlock
 from server.config.campaign import GapStep, IdentifyStep, RecordStep, SetStep, WaitStep
 from server.config.load import locate_field
 from server.errors import CampaignStoppedError, InputError, InputLocation, RigTrippedError, RunFailedError
@@ -17,12 +19,36 @@ from server.services.identification import Identification, IdentifyRequest, run_
 from server.services.manifest import StepEntry
 from server.services.plan import CampaignPlan, PlannedStep
 from server.services.progress import ProgressListener
-from server.services.recording import RecordingTask, make_recording
+from server.services.recording import RecordingResult, RecordingTask, make_recording
 from server.services.run_folder import RECORDS
 
 # How often a waiting step looks at the rig's time and at a stop request.
 POLL_S = 0.05
 TICK_MODULUS = 2**32
+T = TypeVar("T")
+
+
+class OnRig(Protocol):
+    """Lets work that pulls samples run where the rig's samples are pulled."""
+
+    def __call__(self, title: str, work: Callable[[DriverRig], T], stop: threading.Event) -> T:
+        """Do the work and return its result; `stop` ends it early."""
+
+
+class SampleWatch(Protocol):
+    """Told of a record step's samples as they come; runs in the data task, so it must be quick."""
+
+    def begin(self, step: RecordStep, journal: Path) -> None:
+        """Get ready for a record step whose journal is being written to this file."""
+
+    def take(self, blocks: list[SampleBlock]) -> None:
+        """Take samples."""
+
+    def progress(self, progress: RecordProgress) -> None:
+        """Take note of where the record is."""
+
+    def end(self) -> None:
+        """Take note that the record has ended; called by the thread that called `begin`."""
 
 
 @dataclass(slots=True)
@@ -34,7 +60,9 @@ class StepContext:
         folder: run folder.
         listener: told how far a step is.
         stop: set to end the run early.
-        driver: the open rig.
+        driver: the open rig, to be asked.
+        on_rig: does what pulls samples; None does it in the caller's thread.
+        watch: told of a record's samples.
         identifications: results so far, with the folder that each was written to.
         gaps: answers of the discrepancy workflow so far.
     """
@@ -44,6 +72,8 @@ class StepContext:
     listener: ProgressListener
     stop: threading.Event
     driver: DriverRig
+    on_rig: OnRig | None = None
+    watch: SampleWatch | None = None
     identifications: list[tuple[Identification, Path]] = field(default_factory=list)
     gaps: list[GapAnalysis] = field(default_factory=list)
 
@@ -94,7 +124,7 @@ def _record(context: StepContext, planned: PlannedStep, step: RecordStep, entry:
         folder=context.folder / RECORDS,
     )
     try:
-        result = make_recording(context.driver, task, _progress_teller(context), context.stop)
+        result = _make_recording(context, planned, task)
     except ExcitationLimitError as error:
         raise InputError(str(error), context.at(entry.index, "record", "excitation")) from error
     except DeviceFaultError as error:  # latched before this run: nothing has moved
@@ -106,12 +136,29 @@ def _record(context: StepContext, planned: PlannedStep, step: RecordStep, entry:
     _raise_unless_done(result.outcome)
 
 
+def _make_recording(context: StepContext, planned: PlannedStep, task: RecordingTask) -> RecordingResult:
+    watch, stop, tell = context.watch, context.stop, _progress_teller(context)
+    if watch is not None:
+        watch.begin(task.step, task.journal)
+
+    def work(driver: DriverRig) -> RecordingResult:
+        return make_recording(driver, task, tell, stop, None if watch is None else watch.take)
+
+    try:
+        return work(context.driver) if context.on_rig is None else context.on_rig(planned.title, work, stop)
+    finally:
+        if watch is not None:
+            watch.end()
+
+
 def _progress_teller(context: StepContext) -> Callable[[RecordProgress], None]:
     def tell(progress: RecordProgress) -> None:
         lost = f", {progress.samples_lost} lost" if progress.samples_lost else ""
         trouble = f", {progress.trouble}" if progress.trouble else ""
         detail = f"{progress.samples:,} samples{lost}{trouble}"
         context.listener.step_progress(progress.elapsed_s, progress.duration_s, detail)
+        if context.watch is not None:
+            context.watch.progress(progress)
 
     return tell
 
@@ -172,6 +219,7 @@ def _identify(context: StepContext, step: IdentifyStep, entry: StepEntry) -> Non
         order=step.order,
         delay=step.delay,
         methods=step.methods,
+        options=step.options,
         signals=Signals(input=step.input, output=step.output),
     )
     identification = run_identification(request, out, context.listener.note)

@@ -121,6 +121,14 @@ class TokenService:
             rows = session.scalars(sa.select(TokenRow).order_by(TokenRow.created_at.desc()))
             return [_info(row) for row in rows]
 
+    def is_valid(self, token_id: str) -> bool:
+        """Tell whether the token with this id can be used now."""
+        with self._database.read() as session:
+            row = session.get(TokenRow, token_id)
+        if row is None or row.revoked_at is not None:
+            return False
+        return row.expires_at is None or row.expires_at > utc_now()
+
     def any_valid(self) -> bool:
         """Tell whether any token can be used now."""
         now = utc_now()

@@ -10,8 +10,10 @@ class JobState(StrEnum):
     QUEUED = "queued"
     STARTING = "starting"
     RUNNING = "running"
+    PAUSING = "pausing"
     PAUSED = "paused"
     STOPPING = "stopping"
+    ABORTING = "aborting"
     DONE = "done"
     STOPPED = "stopped"
     ABORTED = "aborted"
@@ -22,5 +24,14 @@ class JobState(StrEnum):
     INTERRUPTED = "interrupted"
 
 
-UNDER_WAY = frozenset({JobState.STARTING, JobState.RUNNING, JobState.PAUSED, JobState.STOPPING})
+UNDER_WAY = frozenset(
+    {
+        JobState.STARTING,
+        JobState.RUNNING,
+        JobState.PAUSING,
+        JobState.PAUSED,
+        JobState.STOPPING,
+        JobState.ABORTING,
+    }
+)
 """States that cannot outlive the process: the next start turns them into `interrupted`."""

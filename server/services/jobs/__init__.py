@@ -1,0 +1,1 @@
+"""Work on a rig that outlasts a request: identification sessions and campaigns."""

@@ -1,0 +1,1 @@
+"""Estimators that learn while a record is being made."""

@@ -1,0 +1,75 @@
+"""What a session shall do, and the small campaign that it is; errors name the fields of the session's own request."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from server.errors import InputError, InputLocation
+from server.services.errors import InvalidValueError
+from server.services.limits import TICK_HZ
+
+TRAIN, TEST = "train", "test"
+Json = dict[str, Any]  # JSON values
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionSpec:
+    """What to identify and how; excitations as in campaign files.
+
+    Attributes:
+        name: of the session.
+        rig_id: the rig.
+        train: `excitation` and `duration_s` of the training record.
+        test: the same of the test record; None scores on the training record.
+        record: further settings of both records (`layout`, `divisor`, `centring`).
+        identify: settings of the identification (`sample_time_s`, `order`, `delay`, `methods`, `options`).
+        operator: written into the recordings; empty takes the token's name.
+    """
+
+    name: str
+    rig_id: str
+    train: Json
+    test: Json | None = None
+    record: Json = field(default_factory=dict)
+    identify: Json = field(default_factory=dict)
+    operator: str = ""
+
+    def to_json(self) -> Json:
+        """Return the specification as it is stored."""
+        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+
+
+def campaign_of(spec: SessionSpec, operator: str) -> Json:
+    """Return the campaign that a session is."""
+    records = {TRAIN: spec.train, **({} if spec.test is None else {TEST: spec.test})}
+    steps: list[Json] = [
+        {"record": {"name": name, **spec.record, **record}} for name, record in records.items()
+    ]
+    scored = TRAIN if spec.test is None else TEST
+    steps.append({"identify": {"train": TRAIN, "test": scored, **spec.identify}})
+    return {"name": spec.name, "operator": spec.operator or operator, "steps": steps}
+
+
+def check_sample_time(spec: SessionSpec) -> None:
+    """Refuse sample times that the live estimators could not have in step with the samples."""
+    own_s = spec.record.get("divisor", 1) / TICK_HZ
+    asked_s = spec.identify.get("sample_time_s", 0.2)
+    ratio = asked_s / own_s
+    if ratio < 1 - 1e-6 or abs(ratio - round(ratio)) > 1e-6 * ratio:
+        nearest = max(1, round(ratio)) * own_s
+        raise InvalidValueError(
+            f"sample_time_s={asked_s:g} is no multiple of the record's {own_s:g} s",
+            field="sample_time_s",
+            value=asked_s,
+            remedy=f"use {nearest:g} s",
+        )
+
+
+def named_as_in_the_request(error: InputError) -> InputError:
+    """Name the fields as a session's request has them, not as its campaign document does."""
+    where = error.location
+    text, name = str(error.args[0]).removeprefix(f"{where}: "), where.field or ""
+    for mine, theirs in (("steps[0].record.", ""), ("steps[1].record.", "test.")):
+        if name.startswith(mine):
+            name = theirs + name.removeprefix(mine)
+    name = name.partition(".identify.")[2] or name
+    return InputError(text, InputLocation(source="session", field=name or None))
