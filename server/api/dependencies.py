@@ -7,22 +7,22 @@ Endpoints are plain `def`: they run in threads, so that a call that waits for a 
 loop.
 """
 
-import asyncio
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Annotated
 
-from fastapi import Depends, Header, Path, Request
-from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
+from fastapi import Depends, Header, Path
+from fastapi.security import HTTPBearer
 from starlette.requests import HTTPConnection
 
-from server.api.problems import FORBIDDEN, UNAUTHENTICATED, Kind, ProblemError
+from server.api.problems import FORBIDDEN, Kind, ProblemError
 from server.services.container import Services
 from server.services.rigs.served_rig import ServedRig
 from server.services.tokens import Principal, Scope
 
 LEASE_HEADER = "Jointscope-Lease"
-_BEARER = HTTPBearer(auto_error=False, description="A token of `jointscope token create`.")
+# For the document alone: the gate (server/api/gate.py) reads the header.
+BEARER = HTTPBearer(auto_error=False, description="A token of `jointscope token create`.")
 _NO_LEASE = Kind(
     name="lease",
     title="The rig's lease is not yours",
@@ -47,30 +47,9 @@ ServicesDep = Annotated[Services, Depends(get_services)]
 UrgentDep = Annotated[ThreadPoolExecutor, Depends(get_urgent)]
 
 
-async def authenticate(
-    request: Request,
-    services: ServicesDep,
-    urgent: UrgentDep,
-    given: Annotated[HTTPAuthorizationCredentials | None, Depends(_BEARER)],
-) -> Principal:
-    """Return who asks.
-
-    Raises:
-        ProblemError: no token, or one that is unknown, expired or revoked (401).
-    """
-    if given is None:
-        raise ProblemError(
-            UNAUTHENTICATED, "this address needs a token", headers={"WWW-Authenticate": "Bearer"}
-        )
-    loop = asyncio.get_running_loop()
-    principal = await loop.run_in_executor(urgent, services.tokens.find, given.credentials)
-    if principal is None:
-        raise ProblemError(
-            UNAUTHENTICATED,
-            "this token is unknown, expired or revoked",
-            headers={"WWW-Authenticate": 'Bearer error="invalid_token"'},
-        )
-    request.state.principal = principal
+async def authenticate(connection: HTTPConnection) -> Principal:
+    """Return who asks; the gate has found out before anything of the request was read."""
+    principal: Principal = connection.state.principal
     return principal
 
 

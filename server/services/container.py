@@ -17,6 +17,7 @@ from server.services.rigs.lease_ledger import LeaseLedger
 from server.services.rigs.registry import RigRegistry, load_rigs
 from server.services.settings import ServiceSettings
 from server.services.startup import StartReport, recover
+from server.services.tickets import TicketOffice
 from server.services.tokens import TokenService
 from server.storage.database import Database, database_url, open_database
 
@@ -35,6 +36,7 @@ class Services:
     rigs: RigRegistry
     started: StartReport
     lock: int
+    tickets: TicketOffice = field(default_factory=TicketOffice)
     closing: threading.Event = field(default_factory=threading.Event)
 
     def end_streams(self) -> None:

@@ -24,6 +24,7 @@ NEEDED = {
     "POST /api/v1/rigs/{rig_id}/lease": "run",
     "PUT /api/v1/rigs/{rig_id}/lease": "run",
     "DELETE /api/v1/rigs/{rig_id}/lease": "run",
+    "POST /api/v1/tickets": "read",
     "GET /api/v1/events": "read",
     "GET /api/v1/events/stream": "read",
     "GET /api/v1/tokens": "admin",
