@@ -7,6 +7,7 @@ Endpoints are plain `def`: they run in threads, so that a call that waits for a 
 loop.
 """
 
+import asyncio
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Annotated
@@ -14,6 +15,7 @@ from typing import Annotated
 from fastapi import Depends, Header, Path
 from fastapi.security import HTTPBearer
 from starlette.requests import HTTPConnection
+from starlette.types import Scope as StarletteScope
 
 from server.api.problems import FORBIDDEN, Kind, ProblemError
 from server.services.container import Services
@@ -53,11 +55,19 @@ async def authenticate(connection: HTTPConnection) -> Principal:
     return principal
 
 
-def require(scope: Scope) -> Callable[[Principal], Awaitable[Principal]]:
+def require(scope: Scope) -> Callable[..., Awaitable[Principal]]:
     """Return a dependency that lets only tokens with `scope` pass and gives the principal."""
 
-    async def check(principal: Annotated[Principal, Depends(authenticate)]) -> Principal:
+    async def check(
+        connection: HTTPConnection,
+        principal: Annotated[Principal, Depends(authenticate)],
+        services: ServicesDep,
+        urgent: UrgentDep,
+    ) -> Principal:
         if not principal.may(scope):
+            await asyncio.get_running_loop().run_in_executor(
+                urgent, _note_refusal, services, principal, connection.scope, scope
+            )
             allowed = ", ".join(sorted(principal.scopes))
             raise ProblemError(
                 FORBIDDEN, f"this needs the scope {scope}; the token {principal.name!r} has {allowed}"
@@ -65,6 +75,12 @@ def require(scope: Scope) -> Callable[[Principal], Awaitable[Principal]]:
         return principal
 
     return check
+
+
+def _note_refusal(services: Services, who: Principal, asked: StarletteScope, needed: Scope) -> None:
+    method = str(asked.get("method", "WEBSOCKET"))
+    details = {"method": method, "scope": needed.value}
+    services.audit.write(who, "refused", str(asked["path"])[:200], f"403: needs {needed}", details)
 
 
 ReadDep = Annotated[Principal, Depends(require(Scope.READ))]

@@ -6,6 +6,7 @@ before they are accepted, with the same problem documents.
 """
 
 import asyncio
+import math
 from collections.abc import Iterable
 
 from starlette.exceptions import HTTPException
@@ -25,6 +26,13 @@ _TOO_LARGE = Kind(
     title="The request is too large",
     status=413,
     remedy="send less; measured files go to POST /api/v1/recordings",
+)
+
+_TOO_MANY = Kind(
+    name="too-many-attempts",
+    title="Too many wrong tokens",
+    status=429,
+    remedy="wait as long as the header Retry-After says; a valid token is never refused for this",
 )
 
 
@@ -88,7 +96,7 @@ async def authenticate(connection: HTTPConnection) -> Principal:
     if connection.scope["type"] == "websocket":
         _check_origin(connection, services.settings.allowed_origins)
         if (ticket := _ticket(connection)) is not None:
-            return _known(services.tickets.redeem(ticket), "ticket")
+            return _known(connection, services.tickets.redeem(ticket), "ticket")
     scheme, _, secret = connection.headers.get("authorization", "").partition(" ")
     if scheme.lower() != "bearer" or not secret.strip():
         raise ProblemError(
@@ -96,11 +104,20 @@ async def authenticate(connection: HTTPConnection) -> Principal:
         )
     loop, urgent = asyncio.get_running_loop(), connection.app.state.urgent
     found = await loop.run_in_executor(urgent, services.tokens.find, secret.strip())
-    return _known(found, "token")
+    return _known(connection, found, "token")
 
 
-def _known(principal: Principal | None, what: str) -> Principal:
+def _known(connection: HTTPConnection, principal: Principal | None, what: str) -> Principal:
     if principal is None:
+        services: Services = connection.app.state.services
+        services.figures.tokens_refused.add()
+        wait_s = services.attempts.note(connection.client.host if connection.client else "")
+        if wait_s > 0.0:
+            raise ProblemError(
+                _TOO_MANY,
+                f"too many wrong {what}s from here",
+                headers={"Retry-After": str(math.ceil(wait_s))},
+            )
         raise ProblemError(
             UNAUTHENTICATED,
             f"this {what} is unknown, expired or revoked",

@@ -163,7 +163,11 @@ KINDS: tuple[tuple[type[Exception], Kind], ...] = (
         Kind(name="run-failed", title="The run failed", status=503, remedy="see the detail, then try again"),
     ),
 )
-_HTTP_TITLES = {404: ("not-found", "Not found"), 405: ("method-not-allowed", "No such method here")}
+_HTTP_TITLES = {
+    404: ("not-found", "Not found"),
+    405: ("method-not-allowed", "No such method here"),
+    413: ("too-large", "The request is too large"),
+}
 
 
 class ProblemError(Exception):

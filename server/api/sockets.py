@@ -12,9 +12,12 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from server.api.gate import SUBPROTOCOL
+from server.services.container import Services
 
 STALL_S = 10.0
+TOKEN_CHECK_S = 2.0
 GOING_AWAY = 1001
+POLICY = 1008
 Parcel = bytes | str
 Listen = Callable[[str], Awaitable[None]]
 
@@ -24,13 +27,15 @@ async def serve_socket(socket: WebSocket, parcels: AsyncIterator[Parcel], listen
     offered = socket.scope.get("subprotocols", ())
     await socket.accept(subprotocol=SUBPROTOCOL if SUBPROTOCOL in offered else None)
     sending = asyncio.create_task(_send_all(socket, parcels))
-    hearing = asyncio.create_task(_hear(socket, listen))
+    tasks = (sending, asyncio.create_task(_hear(socket, listen)), asyncio.create_task(_watch_token(socket)))
     try:
-        await asyncio.wait((sending, hearing), return_when=asyncio.FIRST_COMPLETED)
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
     finally:
-        for task in (sending, hearing):
+        for task in tasks:
             task.cancel()
-        ended = await asyncio.gather(sending, hearing, return_exceptions=True)
+        ended = await asyncio.gather(*tasks, return_exceptions=True)
+    services: Services = socket.app.state.services
+    services.figures.viewers_given_up.add(isinstance(ended[0], TimeoutError))
     for error in ended:
         if isinstance(error, Exception) and not isinstance(error, WebSocketDisconnect | TimeoutError):
             raise error
@@ -55,6 +60,18 @@ async def _send_all(socket: WebSocket, parcels: AsyncIterator[Parcel]) -> None:
                     await socket.send_bytes(parcel)
     async with asyncio.timeout(STALL_S):
         await socket.close(GOING_AWAY, "nothing more comes")
+
+
+async def _watch_token(socket: WebSocket) -> None:
+    """End when the token that opened the socket is revoked or has expired."""
+    services: Services = socket.app.state.services
+    token_id, loop = socket.state.principal.token_id, asyncio.get_running_loop()
+    while True:
+        await asyncio.sleep(TOKEN_CHECK_S)
+        if not await loop.run_in_executor(socket.app.state.urgent, services.tokens.still_valid, token_id):
+            async with asyncio.timeout(STALL_S):
+                await socket.close(POLICY, "the token is no longer valid")
+            return
 
 
 async def _hear(socket: WebSocket, listen: Listen) -> None:

@@ -11,8 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from server.errors import InputError, InputLocation
+from server.services.attempts import FailedAttempts
 from server.services.audit import AuditLog
 from server.services.events import EventLog
+from server.services.figures import Figures
+from server.services.retention import Retention
 from server.services.rigs.lease_ledger import LeaseLedger
 from server.services.rigs.registry import RigRegistry, load_rigs
 from server.services.settings import ServiceSettings
@@ -36,6 +39,9 @@ class Services:
     rigs: RigRegistry
     started: StartReport
     lock: int
+    retention: Retention
+    figures: Figures = field(default_factory=Figures)
+    attempts: FailedAttempts = field(default_factory=FailedAttempts)
     tickets: TicketOffice = field(default_factory=TicketOffice)
     closing: threading.Event = field(default_factory=threading.Event)
 
@@ -50,6 +56,7 @@ class Services:
         """Bring the rigs to rest, store what waits, and let the data folder go."""
         self.closing.set()
         self.rigs.close()
+        self.retention.close()
         self.events.close()
         self.database.close()
         os.close(self.lock)
@@ -94,8 +101,10 @@ def open_services(settings: ServiceSettings) -> Services:
         rigs=RigRegistry(rigs),
         started=started,
         lock=lock,
+        retention=Retention(database, settings.keep_events_days, settings.keep_audit_days),
     )
     events.start()
+    services.retention.start()
     services.rigs.start()
     if settings.emulate is not None:
         for rig in services.rigs.all():

@@ -158,6 +158,14 @@ class TokenService:
                 self._cache[digest] = (now_s, principal)
         return principal
 
+    def still_valid(self, token_id: str) -> bool:
+        """Tell whether the token that somebody came with may still be used; for connections that last."""
+        with self._database.read() as session:
+            row = session.get(TokenRow, token_id)
+        if row is None or row.revoked_at is not None:
+            return False
+        return row.expires_at is None or row.expires_at > utc_now()
+
     def _look_up(self, digest: str) -> Principal | None:
         with self._database.read() as session:
             row = session.scalar(sa.select(TokenRow).where(TokenRow.sha256 == digest))

@@ -14,9 +14,10 @@ from server.api.following import follow
 from server.api.schemas.live import LiveRequest, TicketAnswer
 from server.api.sockets import Parcel, serve_socket, to_text
 from server.services.errors import InvalidValueError
-from server.services.live.view import LiveView
+from server.services.figures import Figures
 from server.services.rigs.served_rig import ServedRig
 from server.services.tickets import TICKET_S
+from server.services.viewing.view import LiveView
 
 router = APIRouter(tags=["live"])
 sockets = APIRouter(tags=["live"])
@@ -50,20 +51,26 @@ def live_request(socket: WebSocket) -> LiveRequest:
 
 @sockets.websocket("/rigs/{rig_id}/live")
 async def watch_rig(
-    socket: WebSocket, rig: RigDep, who: ReadDep, wanted: Annotated[LiveRequest, Depends(live_request)]
+    socket: WebSocket,
+    rig: RigDep,
+    who: ReadDep,
+    services: ServicesDep,
+    wanted: Annotated[LiveRequest, Depends(live_request)],
 ) -> None:
     """Send a rig's samples as they come, until either side ends it."""
     view = await run_in_threadpool(LiveView, rig, wanted.options())
-    viewer = _Viewer(rig, view)
+    viewer = _Viewer(rig, view, services.figures)
     await serve_socket(socket, viewer.parcels(), viewer.listen)
 
 
 class _Viewer:
     """One viewer: what it wants, and what is sent to it."""
 
-    def __init__(self, rig: ServedRig, view: LiveView) -> None:
+    def __init__(self, rig: ServedRig, view: LiveView, figures: Figures) -> None:
         self._rig = rig
         self._view = view
+        self._figures = figures
+        self._dropped = 0
         self._told = -1
         self._complaints: list[str] = []
 
@@ -86,8 +93,11 @@ class _Viewer:
             if self._told != self._view.plan:
                 self._told = self._view.plan
                 yield to_text(self._view.describe())
+            self._figures.samples_dropped.add(taken.dropped - self._dropped)
+            self._dropped = taken.dropped
             for frame in self._view.frames(taken.items, taken.dropped):
                 yield frame
+                self._figures.frames_sent.add()
             if not taken.items:
                 yield self._view.heartbeat(taken.dropped)
             await asyncio.sleep(self._view.options.interval_ms / 1e3)

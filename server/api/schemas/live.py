@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field
 
 from server.api.schemas.base import Answer, Request
-from server.services.live.view import LiveOptions
+from server.services.viewing.view import LiveOptions
 
 MAX_COLUMNS = 32
 

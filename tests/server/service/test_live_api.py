@@ -10,7 +10,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from server.services.live.frame import FrameFlag, LiveFrame, decode_live
+from server.services.viewing.frame import FrameFlag, LiveFrame, decode_live
 from tests.server.service.conftest import RIG, Service
 
 PATH = f"/api/v1/rigs/{RIG}/live"

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from daq.protocol.stream import SampleBlock
 from server.services.errors import InvalidValueError
-from server.services.live.columns import LiveColumns, LiveSpeed
-from server.services.live.decimation import min_max_rows
-from server.services.live.frame import FrameFlag, LiveFrame, encode_live
 from server.services.rigs.served_rig import ServedRig
+from server.services.viewing.columns import LiveColumns, LiveSpeed
+from server.services.viewing.decimation import min_max_rows
+from server.services.viewing.frame import FrameFlag, LiveFrame, encode_live
 
 Floats = NDArray[np.float64]
 _WRAP = 1 << 32

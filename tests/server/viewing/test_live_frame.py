@@ -5,8 +5,8 @@ import struct
 import numpy as np
 import pytest
 
-from server.services.live.decimation import min_max_rows
-from server.services.live.frame import FrameFlag, LiveFrame, decode_live, encode_live
+from server.services.viewing.decimation import min_max_rows
+from server.services.viewing.frame import FrameFlag, LiveFrame, decode_live, encode_live
 
 FRAME = LiveFrame(
     plan=3,
