@@ -102,8 +102,10 @@ async def authenticate(connection: HTTPConnection) -> Principal:
         raise ProblemError(
             UNAUTHENTICATED, "this address needs a token", headers={"WWW-Authenticate": "Bearer"}
         )
-    loop, urgent = asyncio.get_running_loop(), connection.app.state.urgent
-    found = await loop.run_in_executor(urgent, services.tokens.find, secret.strip())
+    found = services.tokens.recall(secret.strip())
+    if found is None:
+        loop, urgent = asyncio.get_running_loop(), connection.app.state.urgent
+        found = await loop.run_in_executor(urgent, services.tokens.find, secret.strip())
     return _known(connection, found, "token")
 
 

@@ -22,6 +22,7 @@ from server.services.settings import ServiceSettings
 from server.services.startup import StartReport, recover
 from server.services.tickets import TicketOffice
 from server.services.tokens import TokenService
+from server.services.viewing.columns import LiveSources
 from server.storage.database import Database, database_url, open_database
 
 LOCK_NAME = "service.lock"
@@ -41,6 +42,7 @@ class Services:
     lock: int
     retention: Retention
     figures: Figures = field(default_factory=Figures)
+    live_sources: LiveSources = field(default_factory=LiveSources)
     attempts: FailedAttempts = field(default_factory=FailedAttempts)
     tickets: TicketOffice = field(default_factory=TicketOffice)
     closing: threading.Event = field(default_factory=threading.Event)

@@ -1,7 +1,7 @@
 """Live data of a rig by WebSocket; docs/live.md describes the frames."""
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, WebSocket
@@ -23,6 +23,7 @@ router = APIRouter(tags=["live"])
 sockets = APIRouter(tags=["live"])
 MAX_WAITING = 64
 _HEARTBEAT_S = 1.0
+_MAX_COMPLAINTS = 10
 
 
 @router.post("/tickets", status_code=201)
@@ -58,7 +59,7 @@ async def watch_rig(
     wanted: Annotated[LiveRequest, Depends(live_request)],
 ) -> None:
     """Send a rig's samples as they come, until either side ends it."""
-    view = await run_in_threadpool(LiveView, rig, wanted.options())
+    view = await run_in_threadpool(LiveView, rig, services.live_sources, wanted.options())
     viewer = _Viewer(rig, view, services.figures)
     await serve_socket(socket, viewer.parcels(), viewer.listen)
 
@@ -84,7 +85,7 @@ class _Viewer:
         except InvalidValueError as error:
             self._complain(error.field, f"{error}; {error.remedy}")
 
-    async def parcels(self) -> AsyncIterator[Parcel]:
+    async def parcels(self) -> AsyncGenerator[Parcel, None]:
         """Give plans and frames."""
         source = follow(self._rig.samples, MAX_WAITING, _HEARTBEAT_S, lambda block: len(block.ticks))
         async for taken in source:
@@ -103,4 +104,5 @@ class _Viewer:
             await asyncio.sleep(self._view.options.interval_ms / 1e3)
 
     def _complain(self, field: str, detail: str) -> None:
-        self._complaints.append(to_text({"type": "problem", "field": field, "detail": detail}))
+        if len(self._complaints) < _MAX_COMPLAINTS:
+            self._complaints.append(to_text({"type": "problem", "field": field, "detail": detail}))

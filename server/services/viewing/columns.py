@@ -1,6 +1,12 @@
-"""SI columns of a rig's live samples: channels by the calibration of recordings, and the speed from the position."""
+"""SI columns of a rig's live samples: channels by the calibration of recordings, and the speed from the position.
 
+All viewers of a rig share one `LiveColumns`, so that a block is converted once and not once for each of them.
+"""
+
+import threading
+from collections import OrderedDict
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +20,19 @@ from daq.speed.filters import CausalSpeedFilter
 from server.config.rig import Rig
 from server.services.errors import InvalidValueError
 from server.services.rigs.calibrated import channel_columns
+from server.services.rigs.served_rig import ServedRig
 
 Floats = NDArray[np.float64]
+_KEPT_BLOCKS = 128  # more than wait in a viewer's queue
 _POSITION_OF = {speed: position for position, speed in SPEED_OF.items()}
+
+
+@dataclass(slots=True)
+class _Converted:
+    """A block with what was made of it; the block itself is kept, so that its identity stays its own."""
+
+    block: SampleBlock
+    columns: dict[str, Floats] = field(default_factory=dict)
 
 
 class LiveColumns:
@@ -40,6 +56,7 @@ class LiveColumns:
         self._units = {name: each.unit for name, each in self._calibrations.items()}
         for speed in derived:
             self._units.setdefault(speed, self._units[_POSITION_OF[speed]] + "/s")
+        self._converted: OrderedDict[int, _Converted] = OrderedDict()
         self.default = (*usual, *(speed for speed in derived if speed not in usual))
 
     def choose(self, wanted: tuple[str, ...]) -> tuple[str, ...]:
@@ -62,11 +79,23 @@ class LiveColumns:
         """Return a column's unit."""
         return self._units[column]
 
-    def convert(self, block: SampleBlock, run: slice, column: str) -> Floats | None:
-        """Return one column of a part of a block in SI, None when the stream does not carry it."""
+    def convert(self, block: SampleBlock, column: str) -> Floats | None:
+        """Return one column of a block in SI, None when the stream does not carry it.
+
+        Only the event loop's thread calls it.
+        """
         calibration = self._calibrations.get(column)
         counts = None if calibration is None else block.counts.get(calibration.channel)
-        return None if calibration is None or counts is None else counts_to_si(counts[run], calibration)
+        if calibration is None or counts is None:
+            return None
+        kept = self._converted.get(id(block))
+        if kept is None:
+            kept = self._converted[id(block)] = _Converted(block)
+            if len(self._converted) > _KEPT_BLOCKS:
+                self._converted.popitem(last=False)
+        if column not in kept.columns:
+            kept.columns[column] = counts_to_si(counts, calibration)
+        return kept.columns[column]
 
     def position_of(self, speed: str) -> str:
         """Return the position column that a speed is made of; empty for anything else."""
@@ -87,3 +116,24 @@ class LiveSpeed:
     def step(self, position: Floats) -> Floats:
         """Return the speed of the next samples, shape (n,)."""
         return self._filter.step(self._state, position)
+
+
+class LiveSources:
+    """The columns of each rig as it is connected now."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._known: dict[str, LiveColumns] = {}
+
+    def of(self, rig: ServedRig) -> LiveColumns:
+        """Return the columns that all viewers of a rig share.
+
+        Raises:
+            ConflictError: it is not connected.
+        """
+        driver = rig.worker.driver
+        with self._lock:
+            known = self._known.get(rig.id)
+            if known is None or known.driver is not driver:
+                known = self._known[rig.id] = LiveColumns(driver, rig.rig)
+            return known

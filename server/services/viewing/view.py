@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from daq.protocol.stream import SampleBlock
 from server.services.errors import InvalidValueError
 from server.services.rigs.served_rig import ServedRig
-from server.services.viewing.columns import LiveColumns, LiveSpeed
+from server.services.viewing.columns import LiveSources, LiveSpeed
 from server.services.viewing.decimation import min_max_rows
 from server.services.viewing.frame import FrameFlag, LiveFrame, encode_live
 
@@ -71,6 +71,7 @@ class LiveView:
 
     Args:
         rig: what is watched; it must be connected when the view is made.
+        sources: where all viewers' columns come from.
         options: what the viewer wants.
 
     Raises:
@@ -78,13 +79,14 @@ class LiveView:
         InvalidValueError: a column that it does not have, or too high a rate.
     """
 
-    def __init__(self, rig: ServedRig, options: LiveOptions) -> None:
+    def __init__(self, rig: ServedRig, sources: LiveSources, options: LiveOptions) -> None:
         self._rig = rig
+        self._sources = sources
         self._frames = 0
         self._lost = 0
         self.plan = -1
         self.options = options
-        self._source = LiveColumns(rig.worker.driver, rig.rig)
+        self._source = sources.of(rig)
         self._run: _Run | None = None
         self._ended: list[_Run] = []
         self.change(options)
@@ -143,14 +145,11 @@ class LiveView:
     def _heed_reconnection(self) -> None:
         driver = self._rig.worker.open_driver
         if driver is not None and driver is not self._source.driver:
-            self._source, self._run = LiveColumns(driver, self._rig.rig), None
+            self._source, self._run = self._sources.of(self._rig), None
 
     def _add(self, block: SampleBlock) -> None:
-        breaks = np.flatnonzero(np.diff(block.ticks) != block.divisor) + 1
-        edges = [0, *breaks.tolist(), len(block.ticks)]
-        for start, end in zip(edges[:-1], edges[1:], strict=True):
-            if end > start:
-                self._extend(block, slice(start, end))
+        for part in _runs(block):
+            self._extend(block, part)
 
     def _extend(self, block: SampleBlock, part: slice) -> None:
         run, first = self._run, int(block.ticks[part.start])
@@ -159,22 +158,22 @@ class LiveView:
                 self._ended.append(run)
             run = _Run(first_tick=first, divisor=block.divisor, begins=True, speeds={}, parts=[])
             self._run = run
-        values = np.full((len(self._columns), part.stop - part.start), np.nan)
+        values = np.empty((len(self._columns), part.stop - part.start))
         for row, name in enumerate(self._columns):
-            found = self._source.convert(block, part, name)
-            if found is None:
-                found = self._speed(run, block, part, name)
+            found = self._source.convert(block, name)
             if found is not None:
-                values[row] = found
+                values[row] = found[part]
+            else:
+                values[row] = self._speed(run, block, part, name)
         run.parts.append(values)
 
-    def _speed(self, run: _Run, block: SampleBlock, part: slice, name: str) -> Floats | None:
-        position = self._source.convert(block, part, self._source.position_of(name))
+    def _speed(self, run: _Run, block: SampleBlock, part: slice, name: str) -> Floats | float:
+        position = self._source.convert(block, self._source.position_of(name))
         if position is None:
-            return None
+            return np.nan
         if name not in run.speeds:
             run.speeds[name] = LiveSpeed(run.divisor / self._source.tick_hz)
-        return run.speeds[name].step(position)
+        return run.speeds[name].step(position[part])
 
     def _send(self, run: _Run, dropped: int, *, rest: bool) -> Iterator[bytes]:
         """Give the frame of what waits in a run; `rest`: with the bucket that is not full, as no more comes."""
@@ -183,7 +182,7 @@ class LiveView:
         count = run.size if rest else run.size - run.size % per_row
         if not count:
             return
-        samples = np.concatenate(run.parts, axis=1)
+        samples = run.parts[0] if len(run.parts) == 1 else np.concatenate(run.parts, axis=1)
         ready, run.parts = samples[:, :count], [samples[:, count:]] if count < samples.shape[1] else []
         rows = min_max_rows(ready, per_row) if per_row > 1 else ready.astype(np.float32)
         flags = (FrameFlag.MIN_MAX if per_row > 1 else FrameFlag(0)) | (
@@ -228,3 +227,15 @@ class LiveView:
         # Samples and fit unwrap the 32-bit counter each for itself.
         ahead = (tick - fit.tick0 + _WRAP / 2) % _WRAP - _WRAP / 2
         return now_ns - (time.monotonic_ns() - fit.t_ns_at(fit.tick0 + ahead))
+
+
+def _runs(block: SampleBlock) -> list[slice]:
+    """Return the parts of a block without a hole inside."""
+    ticks, size = block.ticks, len(block.ticks)
+    if not size:
+        return []
+    if int(ticks[-1]) - int(ticks[0]) == (size - 1) * block.divisor:  # the usual case: ticks only rise
+        return [slice(0, size)]
+    breaks = np.flatnonzero(np.diff(ticks) != block.divisor) + 1
+    edges = [0, *breaks.tolist(), size]
+    return [slice(start, end) for start, end in zip(edges[:-1], edges[1:], strict=True)]
