@@ -32,7 +32,17 @@ class _Converted:
     """A block with what was made of it; the block itself is kept, so that its identity stays its own."""
 
     block: SampleBlock
-    columns: dict[str, Floats] = field(default_factory=dict)
+    columns: dict[str, Floats | None] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class _Speed:
+    """A causal filter as it stands behind a sample."""
+
+    filter: CausalSpeedFilter
+    state: Floats
+    divisor: int
+    next_tick: int
 
 
 class LiveColumns:
@@ -56,6 +66,7 @@ class LiveColumns:
         self._units = {name: each.unit for name, each in self._calibrations.items()}
         for speed in derived:
             self._units.setdefault(speed, self._units[_POSITION_OF[speed]] + "/s")
+        self._speeds: dict[str, _Speed] = {}
         self._converted: OrderedDict[int, _Converted] = OrderedDict()
         self.default = (*usual, *(speed for speed in derived if speed not in usual))
 
@@ -84,38 +95,64 @@ class LiveColumns:
 
         Only the event loop's thread calls it.
         """
-        calibration = self._calibrations.get(column)
-        counts = None if calibration is None else block.counts.get(calibration.channel)
-        if calibration is None or counts is None:
-            return None
         kept = self._converted.get(id(block))
         if kept is None:
             kept = self._converted[id(block)] = _Converted(block)
             if len(self._converted) > _KEPT_BLOCKS:
                 self._converted.popitem(last=False)
         if column not in kept.columns:
-            kept.columns[column] = counts_to_si(counts, calibration)
+            kept.columns[column] = self._make(block, column)
         return kept.columns[column]
 
-    def position_of(self, speed: str) -> str:
-        """Return the position column that a speed is made of; empty for anything else."""
-        return _POSITION_OF.get(speed, "")
+    def _make(self, block: SampleBlock, column: str) -> Floats | None:
+        calibration = self._calibrations.get(column)
+        counts = None if calibration is None else block.counts.get(calibration.channel)
+        if calibration is not None and counts is not None:
+            return counts_to_si(counts, calibration)
+        position = self.convert(block, _POSITION_OF[column]) if column in _POSITION_OF else None
+        if position is None or not len(block.ticks):
+            return None
+        # A viewer far behind asks for a block that was forgotten: the others' filter must not go back for it.
+        behind = column in self._speeds and int(block.ticks[0]) < self._speeds[column].next_tick
+        carried = None if behind else self._speeds.get(column)
+        made, after = derive(block, position, carried, self.tick_hz)
+        if not behind and after is not None:
+            self._speeds[column] = after
+        return made
 
 
-class LiveSpeed:
-    """The speed of one viewer, carried from block to block and begun anew behind each hole.
+def derive(
+    block: SampleBlock, position: Floats, carried: _Speed | None, tick_hz: int
+) -> tuple[Floats, _Speed | None]:
+    """Return the speed of a block's samples, and the filter behind them; it starts anew behind each hole.
 
     Args:
-        sample_time_s: time between samples.
+        block: for its ticks; at least one sample.
+        position: its position, shape (n,).
+        carried: the filter behind the block before it, None for a start.
+        tick_hz: controller ticks per second.
     """
+    speed = np.empty_like(position)
+    for part in runs_of(block):
+        first, after = int(block.ticks[part.start]), int(block.ticks[part.stop - 1]) + block.divisor
+        if carried is None or carried.next_tick != first or carried.divisor != block.divisor:
+            fresh = CausalSpeedFilter(block.divisor / tick_hz)
+            carried = _Speed(fresh, fresh.init(), block.divisor, first)
+        speed[part] = carried.filter.step(carried.state, position[part])
+        carried = _Speed(carried.filter, carried.state, block.divisor, after)
+    return speed, carried
 
-    def __init__(self, sample_time_s: float) -> None:
-        self._filter = CausalSpeedFilter(sample_time_s)
-        self._state = self._filter.init()
 
-    def step(self, position: Floats) -> Floats:
-        """Return the speed of the next samples, shape (n,)."""
-        return self._filter.step(self._state, position)
+def runs_of(block: SampleBlock) -> list[slice]:
+    """Return the parts of a block without a hole inside."""
+    ticks, size = block.ticks, len(block.ticks)
+    if not size:
+        return []
+    if int(ticks[-1]) - int(ticks[0]) == (size - 1) * block.divisor:  # the usual case: ticks only rise
+        return [slice(0, size)]
+    breaks = np.flatnonzero(np.diff(ticks) != block.divisor) + 1
+    edges = [0, *breaks.tolist(), size]
+    return [slice(start, end) for start, end in zip(edges[:-1], edges[1:], strict=True)]
 
 
 class LiveSources:

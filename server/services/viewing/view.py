@@ -3,7 +3,7 @@
 Theory of operation. A view belongs to one viewer and is fed with what its own queue held; nothing here is shared, so
 the viewer's choices cost nobody else anything. Samples that follow each other without a hole make one run; whenever
 ticks jump (a loss on the line, blocks that this viewer's queue dropped, a new stream), the run ends, a bucket that
-was not yet full is sent as it is, the speed filter starts anew, and the next frame carries the BREAK flag.
+was not yet full is sent as it is, and the next frame carries the BREAK flag.
 """
 
 import time
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from daq.protocol.stream import SampleBlock
 from server.services.errors import InvalidValueError
 from server.services.rigs.served_rig import ServedRig
-from server.services.viewing.columns import LiveSources, LiveSpeed
+from server.services.viewing.columns import LiveSources, runs_of
 from server.services.viewing.decimation import min_max_rows
 from server.services.viewing.frame import FrameFlag, LiveFrame, encode_live
 
@@ -48,13 +48,11 @@ class _Run:
         divisor: ticks per sample.
         begins: whether a hole, or nothing, lies before it.
         parts: SI values, each of shape (columns, n).
-        speeds: filters by column.
     """
 
     first_tick: int
     divisor: int
     begins: bool
-    speeds: dict[str, LiveSpeed]
     parts: list[Floats]
 
     @property
@@ -148,7 +146,7 @@ class LiveView:
             self._source, self._run = self._sources.of(self._rig), None
 
     def _add(self, block: SampleBlock) -> None:
-        for part in _runs(block):
+        for part in runs_of(block):
             self._extend(block, part)
 
     def _extend(self, block: SampleBlock, part: slice) -> None:
@@ -156,24 +154,13 @@ class LiveView:
         if run is None or run.next_tick != first or run.divisor != block.divisor:
             if run is not None:
                 self._ended.append(run)
-            run = _Run(first_tick=first, divisor=block.divisor, begins=True, speeds={}, parts=[])
+            run = _Run(first_tick=first, divisor=block.divisor, begins=True, parts=[])
             self._run = run
         values = np.empty((len(self._columns), part.stop - part.start))
         for row, name in enumerate(self._columns):
             found = self._source.convert(block, name)
-            if found is not None:
-                values[row] = found[part]
-            else:
-                values[row] = self._speed(run, block, part, name)
+            values[row] = np.nan if found is None else found[part]
         run.parts.append(values)
-
-    def _speed(self, run: _Run, block: SampleBlock, part: slice, name: str) -> Floats | float:
-        position = self._source.convert(block, self._source.position_of(name))
-        if position is None:
-            return np.nan
-        if name not in run.speeds:
-            run.speeds[name] = LiveSpeed(run.divisor / self._source.tick_hz)
-        return run.speeds[name].step(position[part])
 
     def _send(self, run: _Run, dropped: int, *, rest: bool) -> Iterator[bytes]:
         """Give the frame of what waits in a run; `rest`: with the bucket that is not full, as no more comes."""
@@ -227,15 +214,3 @@ class LiveView:
         # Samples and fit unwrap the 32-bit counter each for itself.
         ahead = (tick - fit.tick0 + _WRAP / 2) % _WRAP - _WRAP / 2
         return now_ns - (time.monotonic_ns() - fit.t_ns_at(fit.tick0 + ahead))
-
-
-def _runs(block: SampleBlock) -> list[slice]:
-    """Return the parts of a block without a hole inside."""
-    ticks, size = block.ticks, len(block.ticks)
-    if not size:
-        return []
-    if int(ticks[-1]) - int(ticks[0]) == (size - 1) * block.divisor:  # the usual case: ticks only rise
-        return [slice(0, size)]
-    breaks = np.flatnonzero(np.diff(ticks) != block.divisor) + 1
-    edges = [0, *breaks.tolist(), size]
-    return [slice(start, end) for start, end in zip(edges[:-1], edges[1:], strict=True)]
