@@ -61,7 +61,7 @@ async def measure(service: BenchService, seconds: float) -> None:
 def main() -> None:
     """Measure once."""
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 60.0
-    with running_service(1) as service:
+    with running_service(["rig"]) as service:
         before_s, begun_s = service.cpu_s(), time.monotonic()
         asyncio.run(measure(service, seconds))
         share = (service.cpu_s() - before_s) / (time.monotonic() - begun_s)

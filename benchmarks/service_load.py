@@ -166,7 +166,7 @@ def main() -> None:
     parser.add_argument("--viewers", type=int, default=50)
     parser.add_argument("--slow", type=int, default=5)
     given = parser.parse_args()
-    with running_service(given.rigs) as service:
+    with running_service([f"rig{number}" for number in range(given.rigs)]) as service:
         figures = measure(service, given.viewers, given.slow, 60.0 * given.minutes)
     json.dump(figures, sys.stdout, indent=2)
     print()

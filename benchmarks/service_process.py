@@ -54,11 +54,12 @@ class BenchService:
 
 
 @contextlib.contextmanager
-def running_service(rigs: int, *, speed: str = "1", options: Sequence[str] = ()) -> Iterator[BenchService]:
-    """Run a service with so many emulated rigs, all connected."""
-    with tempfile.TemporaryDirectory(prefix="jointscope-bench-") as name:
-        folder = Path(name)
-        names = tuple(f"rig{number}" for number in range(rigs))
+def running_service(
+    names: Sequence[str], *, speed: str = "1", options: Sequence[str] = ()
+) -> Iterator[BenchService]:
+    """Run a service with emulated rigs of these names, all connected."""
+    with tempfile.TemporaryDirectory(prefix="jointscope-bench-") as base:
+        folder = Path(base)
         (folder / "rigs").mkdir()
         for each in names:
             text = RIG_FILE.read_text().replace("name: emulated ", f"name: {each} ", 1)
@@ -70,7 +71,7 @@ def running_service(rigs: int, *, speed: str = "1", options: Sequence[str] = ())
         environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
             try:
-                service = _read_address(process, names)
+                service = _read_address(process, tuple(names))
                 _wait_connected(service)
                 yield service
             finally:
