@@ -3,8 +3,8 @@
     python -m benchmarks.service_schemathesis [--cases 2000] [--seed 1]
 
 No answer may be a 5xx (but for a rig that does not answer), undocumented, of another shape than documented, or accept
-what the document forbids. The endless event stream is left out. A rig is emulated at full speed, so that its
-controller answers as well. Ends with 1 when something was found.
+what the document forbids. The endless event stream is left out, and disconnecting. A rig is emulated at full speed, so
+that its controller answers as well. Ends with 1 when something was found.
 """
 
 import argparse
@@ -15,8 +15,11 @@ from pathlib import Path
 
 from benchmarks.service_process import BenchService, running_service
 
-_LEFT_OUT = ("/api/v1/events/stream",)
+# A rig that was disconnected would answer nothing but 409 from then on.
+_LEFT_OUT = ("/api/v1/events/stream", "/api/v1/rigs/{rig_id}/disconnect")
 # Names that exist: made-up ones would hardly ever get past 404.
+# Wrong tokens are among the cases; each must be answered by 401.
+_OPTIONS = ("--wrong-tokens", "1000000")
 CONFIG = """[parameters]
 "path.rig_id" = "{rig}"
 "path.name" = "current_limit_A"
@@ -62,7 +65,7 @@ def main() -> int:
     parser.add_argument("--cases", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
-    with running_service(["emulated"], speed="max") as service:
+    with running_service(["emulated"], speed="max", options=_OPTIONS) as service:
         code, printed = run(service, given.cases, given.seed)
     print(printed)
     return code

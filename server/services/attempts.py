@@ -5,7 +5,6 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable
 
-ALLOWED = 20
 PER_S = 60.0
 _MAX_ADDRESSES = 10_000
 
@@ -16,10 +15,12 @@ class FailedAttempts:
     A right token is never refused here, whoever else sits behind the same address: e-stop must work.
 
     Args:
+        allowed: wrong tokens a minute.
         clock: monotonic time, s.
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, allowed: int, clock: Callable[[], float] = time.monotonic) -> None:
+        self._allowed = allowed
         self._clock = clock
         self._lock = threading.Lock()
         self._buckets: OrderedDict[str, tuple[float, float]] = OrderedDict()
@@ -29,8 +30,8 @@ class FailedAttempts:
         now_s = self._clock()
         with self._lock:
             level, then_s = self._buckets.pop(address, (0.0, now_s))
-            level = max(0.0, level - (now_s - then_s) * ALLOWED / PER_S) + 1.0
-            self._buckets[address] = min(level, 2.0 * ALLOWED), now_s
+            level = max(0.0, level - (now_s - then_s) * self._allowed / PER_S) + 1.0
+            self._buckets[address] = min(level, 2.0 * self._allowed), now_s
             if len(self._buckets) > _MAX_ADDRESSES:
                 self._buckets.popitem(last=False)
-        return max(0.0, level - ALLOWED) * PER_S / ALLOWED
+        return max(0.0, level - self._allowed) * PER_S / self._allowed

@@ -41,9 +41,9 @@ class Services:
     started: StartReport
     lock: int
     retention: Retention
+    attempts: FailedAttempts
     figures: Figures = field(default_factory=Figures)
     live_sources: LiveSources = field(default_factory=LiveSources)
-    attempts: FailedAttempts = field(default_factory=FailedAttempts)
     tickets: TicketOffice = field(default_factory=TicketOffice)
     closing: threading.Event = field(default_factory=threading.Event)
 
@@ -104,6 +104,7 @@ def open_services(settings: ServiceSettings) -> Services:
         started=started,
         lock=lock,
         retention=Retention(database, settings.keep_events_days, settings.keep_audit_days),
+        attempts=FailedAttempts(settings.wrong_tokens_per_minute),
     )
     events.start()
     services.retention.start()

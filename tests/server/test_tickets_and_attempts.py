@@ -1,9 +1,10 @@
 """Tickets and wrong tokens, with a clock of their own."""
 
-from server.services.attempts import ALLOWED, FailedAttempts
+from server.services.attempts import FailedAttempts
 from server.services.tickets import TICKET_S, TicketOffice
 from server.services.tokens import Principal, Scope
 
+ALLOWED = 20
 WHO = Principal(token_id="t", name="n", scopes=frozenset({Scope.READ}))
 
 
@@ -40,7 +41,7 @@ def test_a_wrong_ticket_uses_up_nobody_elses() -> None:
 
 
 def test_few_wrong_tokens_are_forgiven_and_many_must_wait_each_address_for_itself() -> None:
-    attempts = FailedAttempts(Clock())
+    attempts = FailedAttempts(ALLOWED, Clock())
     assert [attempts.note("a") for _ in range(ALLOWED)] == [0.0] * ALLOWED
     assert attempts.note("a") > 0.0
     assert attempts.note("b") == 0.0
@@ -48,7 +49,7 @@ def test_few_wrong_tokens_are_forgiven_and_many_must_wait_each_address_for_itsel
 
 def test_waiting_long_enough_clears_an_address() -> None:
     clock = Clock()
-    attempts = FailedAttempts(clock)
+    attempts = FailedAttempts(ALLOWED, clock)
     for _ in range(10 * ALLOWED):
         attempts.note("a")
     clock.now_s = 150.0
