@@ -22,7 +22,7 @@ from server.services.container import Services, open_services
 from server.services.settings import ServiceSettings
 
 ROUTERS = (rigs.router, leases.router, live.router, events.router, access.router)
-SOCKETS = (live.sockets,)
+SOCKETS = (live.sockets, events.sockets)
 UPLOADS = ("/api/v1/recordings",)
 _URGENT_THREADS = 8
 
