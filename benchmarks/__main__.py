@@ -25,6 +25,10 @@ PROGRAMS = {
     "paper_campaign": "the two 1001 s experiments, end to end",
     "command_line": "first estimate from the command line, cold and warm",
     "scaling": "what a night of 10,000 joints needs",
+    "service_latency": "age of the newest sample at a WebSocket client",
+    "service_load": "eight rigs, fifty viewers, five of them slow",
+    "service_startup": "start with 10,000 recordings in the store",
+    "service_schemathesis": "thousands of generated requests",
     "soak": "half an hour at 1x with the other core busy",
     "service_kill": "kill -9 of the service at 50 random moments of a campaign",
 }

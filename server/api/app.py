@@ -14,20 +14,24 @@ from fastapi.responses import HTMLResponse
 from starlette.concurrency import run_in_threadpool
 
 from server.api import openapi, problems
-from server.api.dependencies import authenticate
+from server.api.dependencies import BEARER
+from server.api.gate import Gate
 from server.api.pages import docs_page
-from server.api.routers import access, campaigns, events, health, leases, rigs, sessions
+from server.api.routers import access, campaigns, events, health, leases, live, rigs, sessions
 from server.services.container import Services, open_services
 from server.services.settings import ServiceSettings
 
 ROUTERS = (
     rigs.router,
     leases.router,
+    live.router,
     sessions.router,
     campaigns.router,
     events.router,
     access.router,
 )
+SOCKETS = (live.sockets, events.sockets)
+UPLOADS = ("/api/v1/recordings",)
 _URGENT_THREADS = 8
 
 
@@ -59,10 +63,13 @@ def create_app(settings: ServiceSettings, services: Services | None = None) -> F
         redoc_url=None,
         responses={},
     )
-    api = APIRouter(prefix="/api/v1", dependencies=[Depends(authenticate)])
+    api = APIRouter(prefix="/api/v1", dependencies=[Depends(BEARER)])
     for router in ROUTERS:
         api.include_router(router)
     app.include_router(api)
+    for router in SOCKETS:
+        app.include_router(router, prefix="/api/v1")
+    app.add_middleware(Gate, uploads=UPLOADS)
     app.include_router(health.router)
     problems.install(app)
     openapi.install(app)

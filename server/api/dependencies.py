@@ -12,17 +12,19 @@ from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Annotated
 
-from fastapi import Depends, Header, Path, Request
-from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
+from fastapi import Depends, Header, Path
+from fastapi.security import HTTPBearer
 from starlette.requests import HTTPConnection
+from starlette.types import Scope as StarletteScope
 
-from server.api.problems import FORBIDDEN, UNAUTHENTICATED, Kind, ProblemError
+from server.api.problems import FORBIDDEN, Kind, ProblemError
 from server.services.container import Services
 from server.services.rigs.served_rig import ServedRig
 from server.services.tokens import Principal, Scope
 
 LEASE_HEADER = "Jointscope-Lease"
-_BEARER = HTTPBearer(auto_error=False, description="A token of `jointscope token create`.")
+# For the document alone: the gate (server/api/gate.py) reads the header.
+BEARER = HTTPBearer(auto_error=False, description="A token of `jointscope token create`.")
 _NO_LEASE = Kind(
     name="lease",
     title="The rig's lease is not yours",
@@ -47,38 +49,25 @@ ServicesDep = Annotated[Services, Depends(get_services)]
 UrgentDep = Annotated[ThreadPoolExecutor, Depends(get_urgent)]
 
 
-async def authenticate(
-    request: Request,
-    services: ServicesDep,
-    urgent: UrgentDep,
-    given: Annotated[HTTPAuthorizationCredentials | None, Depends(_BEARER)],
-) -> Principal:
-    """Return who asks.
-
-    Raises:
-        ProblemError: no token, or one that is unknown, expired or revoked (401).
-    """
-    if given is None:
-        raise ProblemError(
-            UNAUTHENTICATED, "this address needs a token", headers={"WWW-Authenticate": "Bearer"}
-        )
-    loop = asyncio.get_running_loop()
-    principal = await loop.run_in_executor(urgent, services.tokens.find, given.credentials)
-    if principal is None:
-        raise ProblemError(
-            UNAUTHENTICATED,
-            "this token is unknown, expired or revoked",
-            headers={"WWW-Authenticate": 'Bearer error="invalid_token"'},
-        )
-    request.state.principal = principal
+async def authenticate(connection: HTTPConnection) -> Principal:
+    """Return who asks; the gate has found out before anything of the request was read."""
+    principal: Principal = connection.state.principal
     return principal
 
 
-def require(scope: Scope) -> Callable[[Principal], Awaitable[Principal]]:
+def require(scope: Scope) -> Callable[..., Awaitable[Principal]]:
     """Return a dependency that lets only tokens with `scope` pass and gives the principal."""
 
-    async def check(principal: Annotated[Principal, Depends(authenticate)]) -> Principal:
+    async def check(
+        connection: HTTPConnection,
+        principal: Annotated[Principal, Depends(authenticate)],
+        services: ServicesDep,
+        urgent: UrgentDep,
+    ) -> Principal:
         if not principal.may(scope):
+            await asyncio.get_running_loop().run_in_executor(
+                urgent, _note_refusal, services, principal, connection.scope, scope
+            )
             allowed = ", ".join(sorted(principal.scopes))
             raise ProblemError(
                 FORBIDDEN, f"this needs the scope {scope}; the token {principal.name!r} has {allowed}"
@@ -86,6 +75,12 @@ def require(scope: Scope) -> Callable[[Principal], Awaitable[Principal]]:
         return principal
 
     return check
+
+
+def _note_refusal(services: Services, who: Principal, asked: StarletteScope, needed: Scope) -> None:
+    method = str(asked.get("method", "WEBSOCKET"))
+    details = {"method": method, "scope": needed.value}
+    services.audit.write(who, "refused", str(asked["path"])[:200], f"403: needs {needed}", details)
 
 
 ReadDep = Annotated[Principal, Depends(require(Scope.READ))]

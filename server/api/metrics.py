@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Metric, SummaryMetricFamily
 from prometheus_client.registry import Collector
 
 from server.services.container import Services
@@ -28,6 +28,30 @@ class ServiceCollector(Collector):
             "jointscope_events_dropped", "Events that could not be stored.", events.dropped
         )
         yield GaugeMetricFamily("jointscope_event_viewers", "Open event streams.", events.stored.subscribers)
+        yield from self._counted()
+
+    def _counted(self) -> Iterator[Metric]:
+        figures = self._services.figures
+        for name, words, counter in (
+            ("live_frames", "Frames of live data sent.", figures.frames_sent),
+            (
+                "live_samples_dropped",
+                "Samples dropped for viewers that read too slowly.",
+                figures.samples_dropped,
+            ),
+            ("live_viewers_given_up", "Viewers cut off because they took nothing.", figures.viewers_given_up),
+            ("tokens_refused", "Wrong tokens and tickets.", figures.tokens_refused),
+        ):
+            yield CounterMetricFamily(f"jointscope_{name}", words, counter.value)
+        queue = GaugeMetricFamily("jointscope_queue_length", "Work that waits.", labels=["queue"])
+        for name, length in sorted(figures.queues.items()):
+            queue.add_metric([name], length())
+        yield queue
+        fit = figures.fit_time
+        yield SummaryMetricFamily(
+            "jointscope_fit_seconds", "Time of live fits.", count_value=fit.count, sum_value=fit.total_s
+        )
+        yield GaugeMetricFamily("jointscope_fit_longest_seconds", "Longest live fit.", fit.longest_s)
 
     def _rigs(self) -> Iterator[Metric]:
         connected = GaugeMetricFamily("jointscope_rig_connected", "1 while connected.", labels=["rig"])

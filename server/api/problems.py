@@ -6,7 +6,9 @@ build these.
 """
 
 import logging
+import re
 from dataclasses import dataclass
+from http import HTTPStatus
 from typing import Any
 
 from fastapi import FastAPI, Request
@@ -163,7 +165,11 @@ KINDS: tuple[tuple[type[Exception], Kind], ...] = (
         Kind(name="run-failed", title="The run failed", status=503, remedy="see the detail, then try again"),
     ),
 )
-_HTTP_TITLES = {404: ("not-found", "Not found"), 405: ("method-not-allowed", "No such method here")}
+_HTTP_TITLES = {
+    404: ("not-found", "Not found"),
+    405: ("method-not-allowed", "No such method here"),
+    413: ("too-large", "The request is too large"),
+}
 
 
 class ProblemError(Exception):
@@ -242,7 +248,22 @@ async def _on_http(request: Request, error: Exception) -> JSONResponse:
     name, title = _HTTP_TITLES.get(error.status_code, ("http", "The request cannot be answered"))
     kind = Kind(name=name, title=title, status=error.status_code, remedy="see /docs for what there is")
     detail = f"{request.method} {request.url.path}: {error.detail}"
-    return problem_response(request, kind, detail, headers=dict(error.headers or {}) or None)
+    headers = dict(error.headers or {})
+    if error.status_code == HTTPStatus.METHOD_NOT_ALLOWED:
+        headers["Allow"] = ", ".join(sorted(_methods_of(request)))
+    return problem_response(request, kind, detail, headers=headers or None)
+
+
+def _methods_of(request: Request) -> set[str]:
+    """Return all methods of the request's path; the router knows only those of the first route that matches."""
+    paths, methods = request.app.openapi()["paths"], set[str]()
+    if request.url.path in paths:  # before a path of the same form with a name in it
+        return {method.upper() for method in paths[request.url.path]}
+    for template, operations in paths.items():
+        parts = [r"[^/]+" if part.startswith("{") else re.escape(part) for part in template.split("/")]
+        if re.fullmatch("/".join(parts), request.url.path):
+            methods.update(method.upper() for method in operations)
+    return methods or {"GET"}
 
 
 async def _on_unexpected(request: Request, error: Exception) -> JSONResponse:

@@ -47,6 +47,10 @@ def serve(  # noqa: PLR0913  # one parameter for each option of the command
         list[str] | None,
         typer.Option("--origin", help="Web origin that may open live data, besides our own."),
     ] = None,
+    wrong_tokens: Annotated[
+        int,
+        typer.Option("--wrong-tokens", min=1, help="Per minute and address, before it is told to wait."),
+    ] = 20,
 ) -> None:
     """Run the service in this process."""
     from server.api.running import Binding, run_service
@@ -65,5 +69,6 @@ def serve(  # noqa: PLR0913  # one parameter for each option of the command
         speed=speed,
         database_url=database,
         allowed_origins=tuple(origin or ()),
+        wrong_tokens_per_minute=wrong_tokens,
     )
     run_service(settings, Binding(host=host, port=port), typer.echo)

@@ -11,16 +11,21 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from server.errors import InputError, InputLocation
+from server.services.attempts import FailedAttempts
 from server.services.audit import AuditLog
 from server.services.campaigns import CampaignService
 from server.services.events import EventLog
+from server.services.figures import Figures
 from server.services.jobs.board import JobBoard
+from server.services.retention import Retention
 from server.services.rigs.lease_ledger import LeaseLedger
 from server.services.rigs.registry import RigRegistry, load_rigs
 from server.services.sessions import SessionService
 from server.services.settings import ServiceSettings
 from server.services.startup import StartReport, recover
+from server.services.tickets import TicketOffice
 from server.services.tokens import TokenService
+from server.services.viewing.columns import LiveSources
 from server.storage.database import Database, database_url, open_database
 
 LOCK_NAME = "service.lock"
@@ -41,6 +46,11 @@ class Services:
     campaigns: CampaignService
     started: StartReport
     lock: int
+    retention: Retention
+    attempts: FailedAttempts
+    figures: Figures = field(default_factory=Figures)
+    live_sources: LiveSources = field(default_factory=LiveSources)
+    tickets: TicketOffice = field(default_factory=TicketOffice)
     closing: threading.Event = field(default_factory=threading.Event)
 
     def end_streams(self) -> None:
@@ -56,6 +66,7 @@ class Services:
         self.campaigns.close()
         self.jobs.close()
         self.rigs.close()
+        self.retention.close()
         self.events.close()
         self.database.close()
         os.close(self.lock)
@@ -105,8 +116,11 @@ def open_services(settings: ServiceSettings) -> Services:
         campaigns=CampaignService(database, data_dir, registry, jobs, tokens, models),
         started=started,
         lock=lock,
+        retention=Retention(database, settings.keep_events_days, settings.keep_audit_days),
+        attempts=FailedAttempts(settings.wrong_tokens_per_minute),
     )
     events.start()
+    services.retention.start()
     services.rigs.start()
     services.campaigns.start()
     if settings.emulate is not None:

@@ -15,7 +15,10 @@ class ServiceSettings:
         speed: of their emulators: `max`, or a factor of real time.
         database_url: PostgreSQL by URL instead of the SQLite file below `data_dir`.
         allowed_origins: origins of web pages, other than the service's own, that may open a WebSocket.
-        max_upload_octets: largest body of a request.
+        max_upload_octets: largest file that may be sent; other bodies have a limit of their own.
+        wrong_tokens_per_minute: as many an address may send before it is told to wait.
+        keep_events_days: age at which events are forgotten.
+        keep_audit_days: the same of the audit log.
     """
 
     data_dir: Path
@@ -25,3 +28,6 @@ class ServiceSettings:
     database_url: str | None = None
     allowed_origins: tuple[str, ...] = ()
     max_upload_octets: int = 512 * 1024 * 1024
+    wrong_tokens_per_minute: int = 20
+    keep_events_days: float = 365.0
+    keep_audit_days: float = 1826.0

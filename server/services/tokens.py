@@ -153,6 +153,11 @@ class TokenService:
             self._cache.clear()
         return info
 
+    def recall(self, secret: str) -> Principal | None:
+        """Return who a secret belongs to if that was looked up within the last two seconds; never waits."""
+        kept = self._cache.get(_hash(secret))
+        return kept[1] if kept is not None and time.monotonic() - kept[0] < _CACHE_S else None
+
     def find(self, secret: str) -> Principal | None:
         """Return who a secret belongs to; None for an unknown, expired or revoked one."""
         digest, now_s = _hash(secret), time.monotonic()
@@ -165,6 +170,14 @@ class TokenService:
             with self._lock:
                 self._cache[digest] = (now_s, principal)
         return principal
+
+    def still_valid(self, token_id: str) -> bool:
+        """Tell whether the token that somebody came with may still be used; for connections that last."""
+        with self._database.read() as session:
+            row = session.get(TokenRow, token_id)
+        if row is None or row.revoked_at is not None:
+            return False
+        return row.expires_at is None or row.expires_at > utc_now()
 
     def _look_up(self, digest: str) -> Principal | None:
         with self._database.read() as session:

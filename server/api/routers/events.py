@@ -1,19 +1,22 @@
 """Events: stored ones by page, new ones as a stream (server-sent events)."""
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator, AsyncIterator
+from dataclasses import dataclass
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Query
+from fastapi import APIRouter, Header, Query, WebSocket
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
 from server.api.dependencies import ReadDep, ServicesDep
 from server.api.following import follow
 from server.api.schemas.events import EventAnswer, EventPage
+from server.api.sockets import Parcel, ignore, serve_socket, to_text
 from server.services.container import Services
 from server.services.events import ServiceEvent
 
 router = APIRouter(prefix="/events", tags=["events"])
+sockets = APIRouter(tags=["events"])
 _MAX_WAITING = 1000
 _HEARTBEAT_S = 15.0
 _PAGE = 500
@@ -61,23 +64,67 @@ async def stream_events(
     return StreamingResponse(_lines(services, rig, since), media_type="text/event-stream")
 
 
-async def _lines(services: Services, rig: str | None, since: int | None) -> AsyncIterator[str]:
+@sockets.websocket("/events/live")
+async def watch_events(
+    socket: WebSocket,
+    services: ServicesDep,
+    who: ReadDep,
+    rig: RigFilter = None,
+    after: Annotated[int | None, Query(ge=0, le=MAX_ID)] = None,
+) -> None:
+    """Send events as they are stored, for pages, whose event streams cannot carry a token."""
+    await serve_socket(socket, _messages(services, rig, after), ignore)
+
+
+@dataclass(frozen=True, slots=True)
+class _News:
+    """Events for one reader, and how many it has lost since the last time by being slow."""
+
+    events: list[ServiceEvent]
+    lost: int
+
+
+async def _follow_events(
+    services: Services, rig: str | None, since: int | None
+) -> AsyncGenerator[_News, None]:
+    """Give news as they come, and an empty one now and then; the first has what is stored behind `since`."""
     newest, lost, caught_up = since or 0, 0, since is None
     async for taken in follow(services.events.stored, _MAX_WAITING, _HEARTBEAT_S):
+        events: list[ServiceEvent] = []
         if not taken.items:
-            yield ": listening\n\n"
+            yield _News([], 0)
         if not caught_up:  # subscribed first, read afterwards: nothing falls between
             caught_up = True
             async for event in _stored(services, newest):
                 newest = event.id
-                if rig in (None, event.rig_id):
-                    yield _sse(event)
-        if taken.dropped > lost:
-            yield f'event: lost\ndata: {{"lost": {taken.dropped - lost}}}\n\n'
-            lost = taken.dropped
-        for event in taken.items:
-            if event.id > newest and rig in (None, event.rig_id):
-                yield _sse(event)
+                events.append(event)
+                if len(events) >= _PAGE:
+                    yield _News(_of_rig(events, rig), 0)
+                    events = []
+        events += [event for event in taken.items if event.id > newest]
+        if events or taken.dropped > lost:
+            yield _News(_of_rig(events, rig), taken.dropped - lost)
+        lost = taken.dropped
+
+
+def _of_rig(events: list[ServiceEvent], rig: str | None) -> list[ServiceEvent]:
+    return [event for event in events if rig in (None, event.rig_id)]
+
+
+async def _lines(services: Services, rig: str | None, since: int | None) -> AsyncGenerator[str, None]:
+    async for news in _follow_events(services, rig, since):
+        if not news.events and not news.lost:
+            yield ": listening\n\n"
+        if news.lost:
+            yield f'event: lost\ndata: {{"lost": {news.lost}}}\n\n'
+        for event in news.events:
+            yield _sse(event)
+
+
+async def _messages(services: Services, rig: str | None, since: int | None) -> AsyncGenerator[Parcel, None]:
+    async for news in _follow_events(services, rig, since):
+        items = [EventAnswer.model_validate(event).model_dump(mode="json") for event in news.events]
+        yield to_text({"type": "events", "items": items, "lost": news.lost})
 
 
 async def _stored(services: Services, after: int) -> AsyncIterator[ServiceEvent]:

@@ -10,6 +10,9 @@ class Answer(BaseModel):
 
 
 class Request(BaseModel):
-    """A request's body: unknown keys are refused, and so are NaN and infinity."""
+    """A request's body: unknown keys are refused, and so are NaN and infinity.
+
+    Booleans are `StrictBool`: otherwise 0 and "yes" would be taken, which the OpenAPI document does not say.
+    """
 
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, StrictBool
 
 from server.api.schemas.base import Answer, Request
 from server.services.rigs.lease import MAX_TTL_S, MIN_TTL_S
@@ -150,7 +150,9 @@ class LeaseBody(Request):
     ttl_s: Annotated[float, Field(ge=MIN_TTL_S, le=MAX_TTL_S)] = Field(
         default=10.0, description="It ends so long after the last renewal, s."
     )
-    take_over: bool = Field(default=False, description="Take it from its holder; the drive ramps down first.")
+    take_over: StrictBool = Field(
+        default=False, description="Take it from its holder; the drive ramps down first."
+    )
 
 
 class LeaseGranted(Answer):

@@ -29,13 +29,19 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 
 
+def count_one(item: object) -> int:
+    """Weigh any item as one."""
+    return 1
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Taken(Generic[T]):
     """What a subscription had waiting.
 
     Attributes:
         items: oldest first.
-        dropped: items lost to this subscriber since it began, because it read too slowly; only goes up.
+        dropped: what was lost to this subscriber since it began, because it read too slowly: items, or what its
+            `weigh` counts; only goes up.
         closed: nothing more will come.
     """
 
@@ -51,14 +57,20 @@ class Subscription(Generic[T]):
         max_items: items that may wait; the oldest are dropped beyond that.
         wake: called after each new item and at the end, in the publisher's thread; must not wait.
         leave: takes the subscription off its fan-out.
+        weigh: what a dropped item counts, for example its samples.
     """
 
     def __init__(
-        self, max_items: int, wake: Callable[[], None] | None, leave: "Callable[[Subscription[T]], None]"
+        self,
+        max_items: int,
+        wake: Callable[[], None] | None,
+        leave: "Callable[[Subscription[T]], None]",
+        weigh: Callable[[T], int],
     ) -> None:
         self._items: deque[T] = deque(maxlen=max_items)
         self._wake = wake
         self._leave = leave
+        self._weigh = weigh
         self._changed = threading.Condition()
         self._dropped = 0
         self._closed = False
@@ -74,7 +86,8 @@ class Subscription(Generic[T]):
     def put(self, item: T) -> None:
         """Append an item; never waits. Called by the fan-out."""
         with self._changed:
-            self._dropped += len(self._items) == self._items.maxlen
+            if len(self._items) == self._items.maxlen:
+                self._dropped += self._weigh(self._items[0])
             self._items.append(item)
             self._changed.notify_all()
         if self._wake is not None:
@@ -110,14 +123,20 @@ class Fanout(Generic[T]):
         self._lock = threading.Lock()
         self._closed = False
 
-    def subscribe(self, max_items: int, wake: Callable[[], None] | None = None) -> Subscription[T]:
+    def subscribe(
+        self,
+        max_items: int,
+        wake: Callable[[], None] | None = None,
+        weigh: Callable[[T], int] = count_one,
+    ) -> Subscription[T]:
         """Begin to receive what is published from now on.
 
         Args:
             max_items: items that may wait; beyond that the oldest are dropped and counted.
             wake: see `Subscription`.
+            weigh: what a dropped item counts; by default one.
         """
-        subscription = Subscription[T](max_items, wake, self._remove)
+        subscription = Subscription[T](max_items, wake, self._remove, weigh)
         with self._lock:
             closed = self._closed
             if not closed:

@@ -44,6 +44,7 @@ NEEDED = {
     "POST /api/v1/campaigns/{campaign_id}/requeue": "run",
     "GET /api/v1/rigs/{rig_id}/queue": "read",
     "PUT /api/v1/rigs/{rig_id}/queue": "run",
+    "POST /api/v1/tickets": "read",
     "GET /api/v1/events": "read",
     "GET /api/v1/events/stream": "read",
     "GET /api/v1/tokens": "admin",

@@ -1,0 +1,75 @@
+"""Thousands of generated requests against the running service, by its own OpenAPI document, with all checks.
+
+    python -m benchmarks.service_schemathesis [--cases 2000] [--seed 1]
+
+No answer may be a 5xx (but for a rig that does not answer), undocumented, of another shape than documented, or accept
+what the document forbids. The endless event stream is left out, and disconnecting. A rig is emulated at full speed, so
+that its controller answers as well. Ends with 1 when something was found.
+"""
+
+import argparse
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from benchmarks.service_process import BenchService, running_service
+
+# A rig that was disconnected would answer nothing but 409 from then on.
+_LEFT_OUT = ("/api/v1/events/stream", "/api/v1/rigs/{rig_id}/disconnect")
+# Names that exist: made-up ones would hardly ever get past 404.
+# Wrong tokens are among the cases; each must be answered by 401.
+_OPTIONS = ("--wrong-tokens", "1000000")
+CONFIG = """[parameters]
+"path.rig_id" = "{rig}"
+"path.name" = "current_limit_A"
+"path.token_id" = "{spare}"
+"header.Jointscope-Lease" = "{lease}"
+
+[auth.openapi.HTTPBearer]
+bearer = "{token}"
+"""
+
+
+def operations(service: BenchService) -> int:
+    """Return how many operations are tested."""
+    with service.client() as client:
+        paths = client.get("/openapi.json").json()["paths"]
+    return sum(len(each) for path, each in paths.items() if path not in _LEFT_OUT)
+
+
+def run(service: BenchService, cases: int, seed: int) -> tuple[int, str]:
+    """Run at least so many cases; return the exit code and what was printed."""
+    per_operation = max(1, -(-cases // operations(service)))
+    program = str(Path(sys.executable).with_name("schemathesis"))
+    with service.client() as client, tempfile.TemporaryDirectory(prefix="jointscope-bench-") as folder:
+        lease = client.post(f"/api/v1/rigs/{service.rigs[0]}/lease", json={"ttl_s": 3600.0}).json()["id"]
+        spare = client.post("/api/v1/tokens", json={"name": "to be revoked", "scopes": ["read"]}).json()
+        config = Path(folder) / "schemathesis.toml"
+        config.write_text(
+            CONFIG.format(rig=service.rigs[0], lease=lease, spare=spare["token"]["id"], token=service.token)
+        )
+        command = [program, "--config-file", str(config), "run", f"{service.url}/openapi.json"]
+        command += ["--checks", "all", "--seed", str(seed), "--max-examples", str(per_operation)]
+        command += ["--request-timeout", "30", "--no-color", "--continue-on-failure"]
+        command += ["--phases", "examples,coverage,fuzzing"]
+        for path in _LEFT_OUT:
+            command += ["--exclude-path", path]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
+    return done.returncode, done.stdout + done.stderr
+
+
+def main() -> int:
+    """Run once and print what was found."""
+    parser = argparse.ArgumentParser(description="Generated requests against the service")
+    parser.add_argument("--cases", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    with running_service(["emulated"], speed="max", options=_OPTIONS) as service:
+        code, printed = run(service, given.cases, given.seed)
+    print(printed)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())
