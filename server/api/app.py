@@ -14,13 +14,15 @@ from fastapi.responses import HTMLResponse
 from starlette.concurrency import run_in_threadpool
 
 from server.api import openapi, problems
+from server.api.body_limit import BodyLimit
 from server.api.dependencies import authenticate
 from server.api.pages import docs_page
-from server.api.routers import access, events, health, leases, rigs
+from server.api.routers import access, discrepancies, events, health, leases, models, recordings, rigs
 from server.services.container import Services, open_services
 from server.services.settings import ServiceSettings
 
-ROUTERS = (rigs.router, leases.router, events.router, access.router)
+STORE = (recordings.router, models.router, discrepancies.router)
+ROUTERS = (rigs.router, leases.router, events.router, access.router, *STORE)
 _URGENT_THREADS = 8
 
 
@@ -57,6 +59,7 @@ def create_app(settings: ServiceSettings, services: Services | None = None) -> F
         api.include_router(router)
     app.include_router(api)
     app.include_router(health.router)
+    app.add_middleware(BodyLimit, upload_octets=settings.max_upload_octets)
     problems.install(app)
     openapi.install(app)
 

@@ -163,7 +163,11 @@ KINDS: tuple[tuple[type[Exception], Kind], ...] = (
         Kind(name="run-failed", title="The run failed", status=503, remedy="see the detail, then try again"),
     ),
 )
-_HTTP_TITLES = {404: ("not-found", "Not found"), 405: ("method-not-allowed", "No such method here")}
+_HTTP_TITLES = {
+    404: ("not-found", "Not found"),
+    405: ("method-not-allowed", "No such method here"),
+    413: ("too-large", "The body is too large"),
+}
 
 
 class ProblemError(Exception):
@@ -202,6 +206,19 @@ def problem_response(request: Request, kind: Kind, detail: str, **more: Any) -> 
     )
     content = problem.model_dump(exclude_none=True)
     return JSONResponse(content, status_code=kind.status, media_type=MEDIA_TYPE, headers=headers)
+
+
+def problem_text(path: str, kind: Kind, detail: str) -> bytes:
+    """Return a problem document for what is answered before the application is asked."""
+    problem = Problem(
+        type=f"/problems/{kind.name}",
+        title=kind.title,
+        status=kind.status,
+        detail=detail,
+        instance=path,
+        remedy=kind.remedy,
+    )
+    return problem.model_dump_json(exclude_none=True).encode()
 
 
 async def _on_problem(request: Request, error: Exception) -> JSONResponse:

@@ -47,6 +47,18 @@ def serve(  # noqa: PLR0913  # one parameter for each option of the command
         list[str] | None,
         typer.Option("--origin", help="Web origin that may open live data, besides our own."),
     ] = None,
+    max_upload_mib: Annotated[
+        int,
+        typer.Option(
+            "--max-upload-mib", min=1, max=1 << 20, help="Largest measured file that is taken, MiB."
+        ),
+    ] = 512,
+    grace_days: Annotated[
+        float,
+        typer.Option(
+            "--grace-days", min=0.0, max=36500.0, help="Deleted recordings can be taken back for so long."
+        ),
+    ] = 30.0,
 ) -> None:
     """Run the service in this process."""
     from server.api.running import Binding, run_service
@@ -65,5 +77,7 @@ def serve(  # noqa: PLR0913  # one parameter for each option of the command
         speed=speed,
         database_url=database,
         allowed_origins=tuple(origin or ()),
+        max_upload_octets=max_upload_mib << 20,
+        deletion_grace_days=grace_days,
     )
     run_service(settings, Binding(host=host, port=port), typer.echo)

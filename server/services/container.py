@@ -8,16 +8,22 @@ import fcntl
 import os
 import threading
 from dataclasses import dataclass, field
+from datetime import timedelta
 from pathlib import Path
 
 from server.errors import InputError, InputLocation
+from server.services.analyses.jobs import AnalysisJobs
 from server.services.audit import AuditLog
 from server.services.events import EventLog
+from server.services.models import ModelStore
+from server.services.recordings.catalogue import RecordingCatalogue
+from server.services.recordings.files import RecordingFiles
 from server.services.rigs.lease_ledger import LeaseLedger
 from server.services.rigs.registry import RigRegistry, load_rigs
 from server.services.settings import ServiceSettings
 from server.services.startup import StartReport, recover
 from server.services.tokens import TokenService
+from server.services.workers import usable_cores
 from server.storage.database import Database, database_url, open_database
 
 LOCK_NAME = "service.lock"
@@ -33,6 +39,10 @@ class Services:
     audit: AuditLog
     events: EventLog
     rigs: RigRegistry
+    recordings: RecordingCatalogue
+    files: RecordingFiles
+    models: ModelStore
+    analyses: AnalysisJobs
     started: StartReport
     lock: int
     closing: threading.Event = field(default_factory=threading.Event)
@@ -48,6 +58,8 @@ class Services:
         """Bring the rigs to rest, store what waits, and let the data folder go."""
         self.closing.set()
         self.rigs.close()
+        self.analyses.close()
+        self.recordings.close()
         self.events.close()
         self.database.close()
         os.close(self.lock)
@@ -83,6 +95,8 @@ def open_services(settings: ServiceSettings) -> Services:
         if lock >= 0:
             os.close(lock)
         raise
+    recordings = RecordingCatalogue(database, settings.data_dir, timedelta(days=settings.deletion_grace_days))
+    models = ModelStore(database)
     services = Services(
         settings=settings,
         database=database,
@@ -90,11 +104,19 @@ def open_services(settings: ServiceSettings) -> Services:
         audit=AuditLog(database),
         events=events,
         rigs=RigRegistry(rigs),
+        recordings=recordings,
+        files=RecordingFiles(database, settings.data_dir, recordings, settings.max_upload_octets),
+        models=models,
+        analyses=AnalysisJobs(
+            database, settings.data_dir, recordings, models, settings.analysis_jobs or usable_cores()
+        ),
         started=started,
         lock=lock,
     )
     events.start()
     services.rigs.start()
+    services.recordings.start()
+    services.analyses.start()
     if settings.emulate is not None:
         for rig in services.rigs.all():
             if rig.view().emulated:

@@ -16,6 +16,8 @@ class ServiceSettings:
         database_url: PostgreSQL by URL instead of the SQLite file below `data_dir`.
         allowed_origins: origins of web pages, other than the service's own, that may open a WebSocket.
         max_upload_octets: largest body of a request.
+        deletion_grace_days: a deleted recording can be taken back for so long.
+        analysis_jobs: processes that one discrepancy analysis may use; None takes one for each core.
     """
 
     data_dir: Path
@@ -25,3 +27,5 @@ class ServiceSettings:
     database_url: str | None = None
     allowed_origins: tuple[str, ...] = ()
     max_upload_octets: int = 512 * 1024 * 1024
+    deletion_grace_days: float = 30.0
+    analysis_jobs: int | None = None

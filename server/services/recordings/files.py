@@ -1,0 +1,267 @@
+"""Files that come in and go out: measured files of others become recordings, recordings become files of others.
+
+An upload is written to disk as it comes, then read by the importer, which takes numbers and nothing else: no file is
+ever executed or unpickled. Half an upload, and files made for a download, are below `tmp/`, which every start empties.
+"""
+
+import gzip
+import shutil
+import uuid
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path, PurePosixPath
+from typing import BinaryIO
+
+from daq.errors import RecordingError
+from daq.exchange.exporting import FILE_SUFFIXES, ExportFormat, export_recording
+from daq.exchange.importing import import_file, load_recording
+from daq.exchange.mapping import parse_mappings
+from daq.exchange.readers import READERS
+from daq.recording.recording import Recording, cut
+from daq.recording.store import read_recording, write_recording
+from server.errors import InputError
+from server.services.errors import InvalidValueError
+from server.services.recordings.catalogue import RecordingCatalogue, RecordingView
+from server.services.recordings.register import Listing, register_recording
+from server.storage.database import Database
+
+FOLDER = "recordings"
+TEMPORARY = "tmp"
+EXPANSION = 8
+"""A compressed file may hold so many times what an upload may have; more is no measurement but a trap."""
+_CHUNK = 1 << 20
+
+
+class DownloadFormat(StrEnum):
+    """What a recording can be downloaded as; `stored` is the file as it is kept, raw counts included."""
+
+    STORED = "stored"
+    PARQUET = "parquet"
+    CSV = "csv"
+    MAT = "mat"
+    HDF5 = "hdf5"
+    MDF4 = "mdf4"
+    MCAP = "mcap"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Upload:
+    """What is said of an uploaded file.
+
+    Attributes:
+        file_name: its name; the ending says what it is.
+        name: of the recording; None takes the file's.
+        mappings: `NEW=OLD`, `NEW=OLD*FACTOR` or `NEW=OLD[UNIT]`.
+        leave_out: columns not to take.
+        span_s: first and last time to take; None takes everything.
+        created_by: name of the token.
+    """
+
+    file_name: str
+    name: str | None = None
+    mappings: tuple[str, ...] = ()
+    leave_out: tuple[str, ...] = ()
+    span_s: tuple[float, float] | None = None
+    created_by: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Download:
+    """A file to send; `discard` removes it afterwards if it was made for this."""
+
+    path: Path
+    name: str
+    discard: Callable[[], None]
+
+
+class IncomingFile:
+    """An upload on its way to disk; a context manager that removes it at the end.
+
+    Args:
+        folder: made for it alone.
+        file_name: what its user calls it, without folders.
+    """
+
+    def __init__(self, folder: Path, file_name: str) -> None:
+        self.path = folder / file_name
+        self._folder = folder
+        folder.mkdir(parents=True)
+        self._file: BinaryIO = self.path.open("wb")
+
+    def write(self, octets: bytes) -> None:
+        """Append octets."""
+        self._file.write(octets)
+
+    def finish(self) -> Path:
+        """End the writing and return the file."""
+        self._file.close()
+        return self.path
+
+    def discard(self) -> None:
+        """Remove it."""
+        self._file.close()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+
+class RecordingFiles:
+    """Takes uploads and makes downloads.
+
+    Args:
+        database: where recordings are listed.
+        data_dir: where files are.
+        catalogue: finds them again.
+        max_octets: largest upload.
+    """
+
+    def __init__(
+        self, database: Database, data_dir: Path, catalogue: RecordingCatalogue, max_octets: int
+    ) -> None:
+        self._database = database
+        self._data_dir = data_dir
+        self._catalogue = catalogue
+        self._max_octets = max_octets
+        shutil.rmtree(data_dir / TEMPORARY, ignore_errors=True)
+
+    def begin(self, upload: Upload) -> IncomingFile:
+        """Open a file for an upload.
+
+        Raises:
+            InvalidValueError: a name whose ending no importer knows, or wrong mappings.
+        """
+        name = PurePosixPath(upload.file_name.replace("\\", "/")).name
+        if not name.lower().endswith(tuple(READERS)) or len(name.encode()) > 200 or "\0" in name:
+            raise InvalidValueError(
+                f"{upload.file_name!r} is not the name of a file that can be imported",
+                field="file",
+                value=upload.file_name,
+                remedy=f"let it end in one of {', '.join(READERS)}",
+            )
+        try:
+            parse_mappings(upload.mappings)
+        except RecordingError as error:
+            raise InvalidValueError(
+                str(error), field="map", value=", ".join(upload.mappings), remedy="see docs/recordings.md"
+            ) from error
+        return IncomingFile(self._data_dir / TEMPORARY / str(uuid.uuid4()), name)
+
+    def take(self, incoming: IncomingFile, upload: Upload) -> RecordingView:
+        """Make a recording of a file that has arrived.
+
+        Raises:
+            InputError: no measurement: unreadable, a missing column, NaN, a time axis that is none.
+        """
+        path = incoming.finish()
+        if path.stat().st_size == 0:
+            raise InputError(f"{path.name}: the file is empty; send its content as the body")
+        self._refuse_bombs(path)
+        target = self._data_dir / FOLDER / str(uuid.uuid4()) / (path.name.split(".")[0] + ".parquet")
+        target.parent.mkdir(parents=True)
+        try:
+            self._import(path, upload, target)
+        except BaseException:
+            shutil.rmtree(target.parent, ignore_errors=True)
+            raise
+        listing = Listing(name=upload.name or path.name.split(".")[0], created_by=upload.created_by)
+        recording_id = register_recording(
+            self._database, self._data_dir, target, origin="upload", listing=listing
+        )
+        return self._catalogue.get(recording_id)
+
+    def export(self, recording_id: str, wanted: DownloadFormat) -> Download:
+        """Make a file of a recording.
+
+        Raises:
+            NotFoundError, ConflictError: there is no such recording, or it is deleted.
+            RecordingError: the format needs a library that is not installed.
+        """
+        source = self._catalogue.path(recording_id)
+        if wanted is DownloadFormat.STORED:
+            return Download(path=source, name=source.name, discard=lambda: None)
+        export_format = ExportFormat(wanted.value)
+        folder = self._data_dir / TEMPORARY / str(uuid.uuid4())
+        folder.mkdir(parents=True)
+        path = folder / (source.stem + FILE_SUFFIXES[export_format])
+        try:
+            export_recording(read_recording(source), path, export_format)
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+        return Download(path=path, name=path.name, discard=lambda: shutil.rmtree(folder, ignore_errors=True))
+
+    def _import(self, path: Path, upload: Upload, target: Path) -> None:
+        mappings = parse_mappings(upload.mappings)
+        plain = not mappings and not upload.leave_out
+        try:
+            recording = (
+                load_recording(path) if plain else import_file(path, mappings, leave_out=upload.leave_out)
+            )
+            for name in recording.columns:
+                recording.column(
+                    name
+                )  # every column is decoded here, where a damaged file can still be refused
+            if upload.span_s is not None:
+                recording = cut(recording, *upload.span_s)
+            _store(recording, path, target, as_it_is=plain and upload.span_s is None)
+        except InputError:
+            raise
+        # Whatever a file of a stranger makes the readers raise is a fault of the file, and none of ours.
+        except Exception as error:
+            text = str(error).replace(str(path), path.name) or type(error).__name__
+            raise InputError(text if path.name in text else f"{path.name}: {text}") from error
+
+    def _refuse_bombs(self, path: Path) -> None:
+        """Refuse a small file that unpacks to a huge one, before anybody unpacks it."""
+        limit = EXPANSION * self._max_octets
+        if _unpacked_octets(path, limit) > limit:
+            raise InputError(
+                f"{path.name}: unpacks to more than {limit:,} octets; split it, or send it unpacked"
+            )
+
+
+def _store(recording: Recording, path: Path, target: Path, *, as_it_is: bool) -> None:
+    """Keep a recording of ours as it is, raw counts included; write all others anew."""
+    if as_it_is and path.suffix == ".parquet" and "calibration" in recording.metadata:
+        shutil.copyfile(path, target)
+    else:
+        write_recording(recording, target)
+
+
+def _unpacked_octets(path: Path, limit: int) -> int:
+    """Return what a file holds once unpacked; counting ends above `limit`. 0 for what cannot be read at all."""
+    try:
+        if path.suffix.lower() == ".parquet":
+            import pyarrow.parquet as pq  # slow to import, needed only here
+
+            footer = pq.read_metadata(path)
+            return int(footer.num_rows) * int(footer.num_columns) * 8
+        if path.suffix.lower() in (".h5", ".hdf5"):
+            return _hdf5_octets(path)
+        if path.suffix.lower() in (".gz", ".csv"):
+            return _gzip_octets(path, limit)
+    except (OSError, ValueError, RuntimeError, EOFError, zlib.error):
+        return 0  # the importer says what is wrong with it
+    return 0
+
+
+def _gzip_octets(path: Path, limit: int) -> int:
+    total = 0
+    with gzip.open(path) as file:
+        while total <= limit and (chunk := file.read(_CHUNK)):
+            total += len(chunk)
+    return total
+
+
+def _hdf5_octets(path: Path) -> int:
+    import h5py  # slow to import, needed only here
+
+    sizes: list[int] = []
+
+    def visit(name: str, item: object) -> None:
+        if isinstance(item, h5py.Dataset):
+            sizes.append(int(item.nbytes))
+
+    with h5py.File(path, "r") as file:
+        file.visititems(visit)
+    return sum(sizes)
