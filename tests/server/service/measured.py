@@ -21,7 +21,7 @@ FloatArray = npt.NDArray[np.float64]
 def measured_columns(seed: int = 1, n: int = 3000) -> dict[str, FloatArray]:
     """Return time, current and speed of a joint with gain 1.1 and time constant 0.55 s, the current held."""
     rng = np.random.default_rng(seed)
-    time_s: FloatArray = np.arange(n) * SAMPLE_TIME_S
+    time_s = np.arange(n, dtype=np.float64) * SAMPLE_TIME_S
     waves = [0.2 * np.sin(2 * np.pi * (k * time_s / 20.0 + rng.random())) for k in (1, 2, 3, 5, 8, 13, 21)]
     current: FloatArray = np.sum(waves, axis=0)
     pole, speed = np.exp(-SAMPLE_TIME_S / 0.55), np.zeros(n)
