@@ -9,18 +9,19 @@ import contextlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import httpx
 
 from jointscope_client import sending
-from jointscope_client.calls import Call, Page, path_of
+from jointscope_client.calls import Call, Page, as_json, one, path_of, post, submit_campaign
 from jointscope_client.errors import make_problem
 from jointscope_client.events import EventParser
+from jointscope_client.job_resources import Discrepancies, Jobs
 from jointscope_client.lease import Lease
 from jointscope_client.live import LiveDecoder, LiveFrame, live_url
-from jointscope_client.records import Event
-from jointscope_client.resources import Campaigns, Discrepancies, Models, Recordings, Rigs, Sessions
+from jointscope_client.records import Event, Job, read_job
+from jointscope_client.resources import Models, Recordings, Rigs
 
 T = TypeVar("T")
 
@@ -44,8 +45,8 @@ class Client:
         self.recordings = Recordings(self)
         self.models = Models(self)
         self.discrepancies = Discrepancies(self)
-        self.sessions = Sessions(self)
-        self.campaigns = Campaigns(self)
+        self.sessions = Jobs(self, "sessions")
+        self.campaigns = Jobs(self, "campaigns")
 
     def __enter__(self) -> "Client":
         return self
@@ -98,6 +99,20 @@ class Client:
                 for octets in answer.iter_bytes(sending.PIECE):
                     file.write(octets)
         return partial.replace(target)
+
+    def create_session(self, **spec: Any) -> Job:  # JSON values
+        """Create an identification session; `docs/operator.md` lists what to give. `sessions` begins and watches it."""
+        return self.perform(post(path_of("sessions"), one(read_job), spec))
+
+    def submit_campaign(self, text: str, *, rig: str) -> Job:
+        """Queue a campaign from a campaign file's text; `campaigns` watches it."""
+        return self.perform(submit_campaign(text, {"rig": rig}, one(read_job)))
+
+    def check_campaign(self, text: str, *, rig: str) -> dict[str, Any]:  # JSON values
+        """Check a campaign against the rig's limits, and predict travel and duration; nothing moves."""
+        call = submit_campaign(text, {"rig": rig, "dry_run": True}, as_json)
+        found: dict[str, Any] = self.perform(call)
+        return found
 
     def lease(self, rig_id: str, *, ttl_s: float = 10.0, take_over: bool = False) -> Lease:
         """Return the operator's lease of a rig, to be held by `with`; it is renewed in the background.

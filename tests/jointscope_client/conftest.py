@@ -8,8 +8,6 @@ from jointscope_client.emulated_service import EmulatedRig
 from jointscope_client.records import RecordingInfo
 from tests.server.service.measured import as_csv, measured_columns
 
-pytest_plugins = ["pytester"]
-
 
 @pytest.fixture
 def measured_file(tmp_path: Path) -> Path:
