@@ -55,8 +55,8 @@ def decoder() -> LiveDecoder:
 def test_a_frame_is_read_field_by_field(decoder: LiveDecoder) -> None:
     read = decoder.feed(frame([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], flags=2))
     assert read is not None
-    assert np.array_equal(read["current_A"], np.float32([1, 2, 3]))
-    assert np.array_equal(read["speed_rad_s"], np.float32([4, 5, 6]))
+    assert np.array_equal(read["current_A"], [1.0, 2.0, 3.0])
+    assert np.array_equal(read["speed_rad_s"], [4.0, 5.0, 6.0])
     assert (read.units["speed_rad_s"], read.rows, read.samples_per_row) == ("rad/s", 3, 5)
     assert (read.tick, read.row_time_s, read.after_hole) == (2**40, 0.002, True)
     assert (read.lost, read.missing, read.newest_ns, read.made_ns, read.number) == (11, 22, 33, 44, 55)
