@@ -89,9 +89,12 @@ class LiveDecoder:
             raise ClientError(
                 f"a live frame of version {version} cannot be read, only {VERSION}; update jointscope"
             )
-        values = np.frombuffer(octets, dtype="<f4", count=arrays * rows, offset=size).reshape(arrays, rows)
         known = self._plans[plan]
         names = _names([name for name, _ in known], bool(flags & EXTREMES))
+        if rows:
+            values = np.frombuffer(octets, dtype="<f4", count=arrays * rows, offset=size).reshape(arrays, rows)
+        else:  # sent by an idle rig, mostly without any arrays
+            values = np.empty((len(names), 0), dtype=np.float32)
         units = [unit for _, unit in known for _ in range(2 if flags & EXTREMES else 1)]
         lost, missing, newest_ns, made_ns, number = counters
         return LiveFrame(
