@@ -92,7 +92,9 @@ class LiveDecoder:
         known = self._plans[plan]
         names = _names([name for name, _ in known], bool(flags & EXTREMES))
         if rows:
-            values = np.frombuffer(octets, dtype="<f4", count=arrays * rows, offset=size).reshape(arrays, rows)
+            values = np.frombuffer(octets, dtype="<f4", count=arrays * rows, offset=size).reshape(
+                arrays, rows
+            )
         else:  # sent by an idle rig, mostly without any arrays
             values = np.empty((len(names), 0), dtype=np.float32)
         units = [unit for _, unit in known for _ in range(2 if flags & EXTREMES else 1)]

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from server.services.workers import ONE_THREAD
+from server.services.workers import child_environment
 
 LOG_NAME = "analysis.log"
 _MODULE = "server.services.analyses.child"
@@ -52,7 +52,7 @@ class AnalysisProcess:
                 stderr=log,
                 text=True,
                 cwd=data_dir,
-                env=_environment(),
+                env=child_environment(),
                 start_new_session=True,  # with a process group, so that its pool can be ended with it
             )
         self._killing = threading.Lock()
@@ -83,10 +83,3 @@ class AnalysisProcess:
         if self._process.stdin is not None:
             self._process.stdin.write(line)
             self._process.stdin.flush()
-
-
-def _environment() -> dict[str, str]:
-    """Return the environment; the package is found from the data folder too, installed or not."""
-    root = str(Path(__file__).resolve().parents[3])
-    known = [part for part in os.environ.get("PYTHONPATH", "").split(os.pathsep) if part]
-    return {**os.environ, **ONE_THREAD, "PYTHONPATH": os.pathsep.join([root, *known])}

@@ -1,7 +1,8 @@
 """Files that come in and go out: measured files of others become recordings, recordings become files of others.
 
-An upload is written to disk as it comes, then read by the importer, which takes numbers and nothing else: no file is
-ever executed or unpickled. Half an upload, and files made for a download, are below `tmp/`, which every start empties.
+An upload is written to disk as it comes, then read by an importer in a process of its own, which takes numbers and
+nothing else: no file is ever executed or unpickled. Half an upload, and files made for a download, are below `tmp/`,
+which every start empties.
 """
 
 import gzip
@@ -16,14 +17,13 @@ from typing import BinaryIO
 
 from daq.errors import RecordingError
 from daq.exchange.exporting import FILE_SUFFIXES, ExportFormat, export_recording
-from daq.exchange.importing import import_file, load_recording
 from daq.exchange.mapping import parse_mappings
 from daq.exchange.readers import READERS
-from daq.recording.recording import Recording, cut
-from daq.recording.store import read_recording, write_recording
+from daq.recording.store import read_recording
 from server.errors import InputError
 from server.services.errors import InvalidValueError
 from server.services.recordings.catalogue import RecordingCatalogue, RecordingView
+from server.services.recordings.importing import ImportTask, memory_limit, run_import
 from server.services.recordings.register import Listing, register_recording
 from server.storage.database import Database
 
@@ -191,25 +191,16 @@ class RecordingFiles:
         return Download(path=path, name=path.name, discard=lambda: shutil.rmtree(folder, ignore_errors=True))
 
     def _import(self, path: Path, upload: Upload, target: Path) -> None:
-        mappings = parse_mappings(upload.mappings)
-        plain = not mappings and not upload.leave_out
-        try:
-            recording = (
-                load_recording(path) if plain else import_file(path, mappings, leave_out=upload.leave_out)
+        run_import(
+            ImportTask(
+                source=str(path),
+                target=str(target),
+                mappings=upload.mappings,
+                leave_out=upload.leave_out,
+                span_s=upload.span_s,
+                memory_octets=memory_limit(self._max_octets),
             )
-            for name in recording.columns:
-                recording.column(
-                    name
-                )  # every column is decoded here, where a damaged file can still be refused
-            if upload.span_s is not None:
-                recording = cut(recording, *upload.span_s)
-            _store(recording, path, target, as_it_is=plain and upload.span_s is None)
-        except InputError:
-            raise
-        # Whatever a file of a stranger makes the readers raise is a fault of the file, and none of ours.
-        except Exception as error:
-            text = str(error).replace(str(path), path.name) or type(error).__name__
-            raise InputError(text if path.name in text else f"{path.name}: {text}") from error
+        )
 
     def _refuse_bombs(self, path: Path) -> None:
         """Refuse a small file that unpacks to a huge one, before anybody unpacks it."""
@@ -218,14 +209,6 @@ class RecordingFiles:
             raise InputError(
                 f"{path.name}: unpacks to more than {limit:,} octets; split it, or send it unpacked"
             )
-
-
-def _store(recording: Recording, path: Path, target: Path, *, as_it_is: bool) -> None:
-    """Keep a recording of ours as it is, raw counts included; write all others anew."""
-    if as_it_is and path.suffix == ".parquet" and "calibration" in recording.metadata:
-        shutil.copyfile(path, target)
-    else:
-        write_recording(recording, target)
 
 
 def _unpacked_octets(path: Path, limit: int) -> int:

@@ -10,6 +10,7 @@ import httpx
 import numpy as np
 import pyarrow as pa
 import pytest
+from scipy.io import savemat
 
 from daq.exchange.importing import load_recording
 from tests.server.service.conftest import Service
@@ -197,6 +198,20 @@ def test_a_compressed_file_that_unpacks_to_far_too_much_is_refused(
     assert (pieces.status_code, pieces.json()["type"]) == (413, "/problems/too-large")
 
 
+def test_a_file_whose_import_takes_too_much_memory_is_refused(
+    start_service: Callable[..., Service], tmp_path: Path
+) -> None:
+    service = start_service("--max-upload-mib", "1")
+    path = tmp_path / "bomb.mat"
+    # Less than a megabyte that becomes 2 GB; a MAT file tells only while it is read how much is in it.
+    zeros = np.zeros((1, 1 << 27), dtype=np.uint8)
+    savemat(str(path), {"time_s": zeros, "x_A": zeros}, do_compression=True)
+    answer = service.client("run").post(PATH, params={"file": "bomb.mat"}, content=path.read_bytes())
+    assert answer.status_code == 422
+    assert "memory" in answer.json()["detail"]
+    assert service.client("read").get(PATH).json()["items"] == []
+
+
 def test_the_list_is_filtered(service: Service) -> None:
     client = service.client("run")
     columns = measured_columns()
@@ -257,6 +272,18 @@ def test_a_purged_recording_is_gone_for_good(service: Service) -> None:
     assert admin.post(f"{path}/purge").json()["purged"]
     assert admin.post(f"{path}/undelete").status_code == 409
     assert not list(service.data.rglob("gone.parquet"))
+
+
+def test_what_is_due_is_purged_at_the_next_start(start_service: Callable[..., Service]) -> None:
+    service = start_service("--grace-days", "0")
+    client = service.client()
+    made, kept = upload(client, "due"), upload(client, "kept")
+    client.delete(f"{PATH}/{made['id']}")
+    service.stop()
+    again = start_service("--grace-days", "0", data=service.data, token=service.admin_token)
+    again.wait_for(lambda: again.client().get(f"{PATH}/{made['id']}").json()["purged"], "the purge")
+    assert again.client().get(f"{PATH}/{kept['id']}/samples").status_code == 200
+    assert not list(service.data.rglob("due.parquet"))
 
 
 def test_what_is_changed_stands_in_the_audit_log(service: Service) -> None:
