@@ -5,10 +5,8 @@ nothing else: no file is ever executed or unpickled. Half an upload, and files m
 which every start empties.
 """
 
-import gzip
 import shutil
 import uuid
-import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
@@ -23,15 +21,12 @@ from daq.recording.store import read_recording
 from server.errors import InputError
 from server.services.errors import InvalidValueError
 from server.services.recordings.catalogue import RecordingCatalogue, RecordingView
-from server.services.recordings.importing import ImportTask, memory_limit, run_import
+from server.services.recordings.importing import EXPANSION, ImportTask, memory_limit, run_import
 from server.services.recordings.register import Listing, register_recording
 from server.storage.database import Database
 
 FOLDER = "recordings"
 TEMPORARY = "tmp"
-EXPANSION = 8
-"""A compressed file may hold so many times what an upload may have; more is no measurement but a trap."""
-_CHUNK = 1 << 20
 
 
 class DownloadFormat(StrEnum):
@@ -155,15 +150,14 @@ class RecordingFiles:
         path = incoming.finish()
         if path.stat().st_size == 0:
             raise InputError(f"{path.name}: the file is empty; send its content as the body")
-        self._refuse_bombs(path)
-        target = self._data_dir / FOLDER / str(uuid.uuid4()) / (path.name.split(".")[0] + ".parquet")
+        target = self._data_dir / FOLDER / str(uuid.uuid4()) / (_stem(path) + ".parquet")
         target.parent.mkdir(parents=True)
         try:
             self._import(path, upload, target)
         except BaseException:
             shutil.rmtree(target.parent, ignore_errors=True)
             raise
-        listing = Listing(name=upload.name or path.name.split(".")[0], created_by=upload.created_by)
+        listing = Listing(name=upload.name or _stem(path), created_by=upload.created_by)
         recording_id = register_recording(
             self._database, self._data_dir, target, origin="upload", listing=listing
         )
@@ -199,52 +193,11 @@ class RecordingFiles:
                 leave_out=upload.leave_out,
                 span_s=upload.span_s,
                 memory_octets=memory_limit(self._max_octets),
+                unpacked_octets=EXPANSION * self._max_octets,
             )
         )
 
-    def _refuse_bombs(self, path: Path) -> None:
-        """Refuse a small file that unpacks to a huge one, before anybody unpacks it."""
-        limit = EXPANSION * self._max_octets
-        if _unpacked_octets(path, limit) > limit:
-            raise InputError(
-                f"{path.name}: unpacks to more than {limit:,} octets; split it, or send it unpacked"
-            )
 
-
-def _unpacked_octets(path: Path, limit: int) -> int:
-    """Return what a file holds once unpacked; counting ends above `limit`. 0 for what cannot be read at all."""
-    try:
-        if path.suffix.lower() == ".parquet":
-            import pyarrow.parquet as pq  # slow to import, needed only here
-
-            footer = pq.read_metadata(path)
-            return int(footer.num_rows) * int(footer.num_columns) * 8
-        if path.suffix.lower() in (".h5", ".hdf5"):
-            return _hdf5_octets(path)
-        if path.suffix.lower() in (".gz", ".csv"):
-            return _gzip_octets(path, limit)
-    except (OSError, ValueError, RuntimeError, EOFError, zlib.error):
-        return 0  # the importer says what is wrong with it
-    return 0
-
-
-def _gzip_octets(path: Path, limit: int) -> int:
-    total = 0
-    with gzip.open(path) as file:
-        while total <= limit and (chunk := file.read(_CHUNK)):
-            total += len(chunk)
-    return total
-
-
-def _hdf5_octets(path: Path) -> int:
-    import h5py  # slow to import, needed only here
-
-    sizes: list[int] = []
-
-    def visit(name: str, item: object) -> None:
-        if isinstance(item, h5py.Dataset):
-            sizes.append(int(item.nbytes))
-
-    with h5py.File(path, "r") as file:
-        file.visititems(visit)
-    return sum(sizes)
+def _stem(path: Path) -> str:
+    """Return a file's name without its endings."""
+    return path.name.split(".")[0] or "recording"

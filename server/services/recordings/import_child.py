@@ -16,6 +16,7 @@ from daq.exchange.importing import import_file, load_recording
 from daq.exchange.mapping import parse_mappings
 from daq.recording.recording import Recording, cut
 from daq.recording.store import publish, write_recording
+from server.services.recordings.inspection import inspect_file
 
 
 def main() -> None:
@@ -36,6 +37,7 @@ def main() -> None:
 
 def _import(asked: dict[str, Any]) -> None:  # JSON values
     source, target = Path(asked["source"]), Path(asked["target"])
+    inspect_file(source, asked["unpacked_octets"])
     mappings, leave_out = parse_mappings(asked["mappings"]), tuple(asked["leave_out"])
     plain = not mappings and not leave_out
     recording = load_recording(source) if plain else import_file(source, mappings, leave_out=leave_out)

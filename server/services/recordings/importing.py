@@ -15,6 +15,8 @@ _MODULE = "server.services.recordings.import_child"
 _BASE_OCTETS = 1 << 30  # the libraries themselves
 _GROWTH = 24  # a CSV file of one digit per value grows by so much, with a copy of it
 CPU_S = 600
+EXPANSION = 8
+"""A compressed file may hold so many times what an upload may have; more is no measurement but a trap."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,6 +27,7 @@ class ImportTask:
         source, target: files.
         mappings, leave_out, span_s: as in `files.Upload`.
         memory_octets, cpu_s: where the process ends.
+        unpacked_octets: what a compressed file may hold.
     """
 
     source: str
@@ -33,6 +36,7 @@ class ImportTask:
     leave_out: Sequence[str]
     span_s: tuple[float, float] | None
     memory_octets: int
+    unpacked_octets: int
     cpu_s: int = CPU_S
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import h5py
 import httpx
 import numpy as np
 import pyarrow as pa
@@ -166,6 +167,20 @@ def test_a_file_that_is_no_measurement_is_refused_by_its_name(
     assert (answer.status_code, answer.json()["type"]) == (422, "/problems/invalid-input")
     assert message in answer.json()["detail"]
     assert str(service.data) not in answer.text
+
+
+@pytest.mark.parametrize("ending", ["h5", "mat"])
+def test_a_file_whose_samples_lie_elsewhere_on_this_machine_is_refused(
+    service: Service, tmp_path: Path, ending: str
+) -> None:
+    secret, path = tmp_path / "secret", tmp_path / f"a.{ending}"
+    secret.write_bytes(b"0123456789")
+    with h5py.File(path, "w") as file:
+        file["time_s"] = np.arange(10.0)
+        file.create_dataset("x_counts", (10,), dtype="u1", external=[(str(secret), 0, 10)])
+    answer = service.client("run").post(PATH, params={"file": path.name}, content=path.read_bytes())
+    assert answer.status_code == 422
+    assert "'x_counts' keeps its samples in another file" in answer.json()["detail"]
 
 
 @pytest.mark.parametrize("name", ["a.exe", "a.pkl", "../../a", "csv", "a.csv\0"])
