@@ -54,6 +54,7 @@ def test_an_analysis_ends_with_a_report_and_a_new_model_version(service: Service
     assert client.get(f"{PATH}/{started['id']}/report").status_code == 409
     view = wait(service, started, "done", "failed")
     assert view["state"] == "done", view["reason"]
+    assert view["progress"]["text"] and view["progress"]["elapsed_s"] > 0
     gap = client.get(f"{PATH}/{started['id']}/gap").json()
     assert gap["schema"] == "jointscope.gap/1"
     assert view["result"]["verdict"] == gap["verdict"]
