@@ -13,8 +13,6 @@ import threading
 import time
 import uuid
 from collections.abc import Mapping
-from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +20,7 @@ import sqlalchemy as sa
 import yaml
 
 from server.services.analyses.process import AnalysisProcess, AnalysisTask
+from server.services.analyses.records import AnalysisRequest, AnalysisView, Json, find_row, view_of
 from server.services.errors import ConflictError, InvalidValueError, NotFoundError
 from server.services.models import ModelStore, NewModel, Source, SourceKind
 from server.services.recordings.catalogue import RecordingCatalogue
@@ -45,46 +44,6 @@ _SHOWN = (
     "gap_closed",
     "next_experiment",
 )
-Json = dict[str, Any]  # JSON values
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AnalysisRequest:
-    """What to ask.
-
-    Attributes:
-        model: id of a model version.
-        train: ids of recordings that may be fitted.
-        test: ids of recordings that only score.
-    """
-
-    model: str
-    train: list[str]
-    test: list[str]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AnalysisView:
-    """One analysis.
-
-    Attributes:
-        reason: why it did not end well.
-        progress: `text`, `fits` and `elapsed_s` while it runs.
-        result: the heart of `gap.json`, once done.
-        model_id: the extended model, once done.
-    """
-
-    id: str
-    state: JobState
-    reason: str
-    request: AnalysisRequest
-    progress: Json
-    result: Json
-    model_id: str | None
-    created_by: str
-    created_at: datetime
-    started_at: datetime | None
-    ended_at: datetime | None
 
 
 class AnalysisJobs:
@@ -160,7 +119,7 @@ class AnalysisJobs:
         with self._database.write() as session:
             session.add(row)
             session.flush()
-            view = _view(row)
+            view = view_of(row)
         self._waiting.put(view.id)
         return view
 
@@ -171,7 +130,7 @@ class AnalysisJobs:
             NotFoundError: there is none of this id.
         """
         with self._database.read() as session:
-            return _view(_find(session.get(DiscrepancyRow, analysis_id), analysis_id))
+            return view_of(find_row(session.get(DiscrepancyRow, analysis_id), analysis_id))
 
     def page(
         self, *, state: JobState | None = None, model_id: str | None = None, offset: int = 0, limit: int = 100
@@ -183,7 +142,7 @@ class AnalysisJobs:
         if model_id is not None:
             query = query.where(DiscrepancyRow.model_id == model_id)
         with self._database.read() as session:
-            return [_view(row) for row in session.scalars(query.offset(offset).limit(limit))]
+            return [view_of(row) for row in session.scalars(query.offset(offset).limit(limit))]
 
     def cancel(self, analysis_id: str) -> AnalysisView:
         """End an analysis, whether it waits or runs.
@@ -193,12 +152,12 @@ class AnalysisJobs:
             ConflictError: it has ended.
         """
         with self._lock, self._database.write() as session:
-            row = _find(session.get(DiscrepancyRow, analysis_id), analysis_id)
+            row = find_row(session.get(DiscrepancyRow, analysis_id), analysis_id)
             if JobState(row.state) in ENDED:
                 raise ConflictError(f"this analysis has ended: {row.state}", "start another one")
             row.state, row.ended_at = JobState.CANCELLED.value, utc_now()
             row.reason = "cancelled"
-            view = _view(row)
+            view = view_of(row)
             running = self._running
         if running is not None and running[0] == analysis_id:
             running[1].end()
@@ -212,7 +171,7 @@ class AnalysisJobs:
             ConflictError: it has not come to an answer.
         """
         with self._database.read() as session:
-            row = _find(session.get(DiscrepancyRow, analysis_id), analysis_id)
+            row = find_row(session.get(DiscrepancyRow, analysis_id), analysis_id)
         path = self._data_dir / (row.folder or "") / name
         if row.state != JobState.DONE.value or not path.is_file():
             raise ConflictError(
@@ -344,27 +303,3 @@ class AnalysisJobs:
         still = sa.and_(DiscrepancyRow.id == analysis_id, DiscrepancyRow.state == JobState.RUNNING.value)
         with self._database.write() as session:
             session.execute(sa.update(DiscrepancyRow).where(still).values(**values))
-
-
-def _find(row: DiscrepancyRow | None, analysis_id: str) -> DiscrepancyRow:
-    if row is None:
-        raise NotFoundError(
-            "discrepancy analysis", analysis_id, "GET /api/v1/discrepancies lists those that there are"
-        )
-    return row
-
-
-def _view(row: DiscrepancyRow) -> AnalysisView:
-    return AnalysisView(
-        id=row.id,
-        state=JobState(row.state),
-        reason=row.reason or "",
-        request=AnalysisRequest(**row.request),
-        progress=row.progress or {},
-        result=row.result or {},
-        model_id=row.model_id,
-        created_by=row.created_by,
-        created_at=row.created_at,
-        started_at=row.started_at,
-        ended_at=row.ended_at,
-    )
