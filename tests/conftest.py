@@ -5,6 +5,10 @@ from collections.abc import Iterator
 
 import pytest
 
+pytest_plugins = [
+    "pytester"
+]  # for the tests of our own plugin; pytest takes this line only in the topmost conftest
+
 
 @pytest.fixture(autouse=True)
 def fail_on_leftover_threads() -> Iterator[None]:

@@ -17,7 +17,19 @@ from server.api import openapi, problems
 from server.api.dependencies import BEARER
 from server.api.gate import Gate
 from server.api.pages import docs_page
-from server.api.routers import access, campaigns, events, health, leases, live, rigs, sessions
+from server.api.routers import (
+    access,
+    campaigns,
+    discrepancies,
+    events,
+    health,
+    leases,
+    live,
+    models,
+    recordings,
+    rigs,
+    sessions,
+)
 from server.services.container import Services, open_services
 from server.services.settings import ServiceSettings
 
@@ -27,6 +39,9 @@ ROUTERS = (
     live.router,
     sessions.router,
     campaigns.router,
+    recordings.router,
+    models.router,
+    discrepancies.router,
     events.router,
     access.router,
 )

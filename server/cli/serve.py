@@ -51,6 +51,18 @@ def serve(  # noqa: PLR0913  # one parameter for each option of the command
         int,
         typer.Option("--wrong-tokens", min=1, help="Per minute and address, before it is told to wait."),
     ] = 20,
+    max_upload_mib: Annotated[
+        int,
+        typer.Option(
+            "--max-upload-mib", min=1, max=1 << 20, help="Largest measured file that is taken, MiB."
+        ),
+    ] = 512,
+    grace_days: Annotated[
+        float,
+        typer.Option(
+            "--grace-days", min=0.0, max=36500.0, help="Deleted recordings can be taken back for so long."
+        ),
+    ] = 30.0,
 ) -> None:
     """Run the service in this process."""
     from server.api.running import Binding, run_service
@@ -70,5 +82,7 @@ def serve(  # noqa: PLR0913  # one parameter for each option of the command
         database_url=database,
         allowed_origins=tuple(origin or ()),
         wrong_tokens_per_minute=wrong_tokens,
+        max_upload_octets=max_upload_mib << 20,
+        deletion_grace_days=grace_days,
     )
     run_service(settings, Binding(host=host, port=port), typer.echo)

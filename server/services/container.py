@@ -8,15 +8,20 @@ import fcntl
 import os
 import threading
 from dataclasses import dataclass, field
+from datetime import timedelta
 from pathlib import Path
 
 from server.errors import InputError, InputLocation
+from server.services.analyses.jobs import AnalysisJobs
 from server.services.attempts import FailedAttempts
 from server.services.audit import AuditLog
 from server.services.campaigns import CampaignService
 from server.services.events import EventLog
 from server.services.figures import Figures
 from server.services.jobs.board import JobBoard
+from server.services.models import ModelStore
+from server.services.recordings.catalogue import RecordingCatalogue
+from server.services.recordings.files import RecordingFiles
 from server.services.retention import Retention
 from server.services.rigs.lease_ledger import LeaseLedger
 from server.services.rigs.registry import RigRegistry, load_rigs
@@ -26,6 +31,7 @@ from server.services.startup import StartReport, recover
 from server.services.tickets import TicketOffice
 from server.services.tokens import TokenService
 from server.services.viewing.columns import LiveSources
+from server.services.workers import usable_cores
 from server.storage.database import Database, database_url, open_database
 
 LOCK_NAME = "service.lock"
@@ -44,6 +50,10 @@ class Services:
     jobs: JobBoard
     sessions: SessionService
     campaigns: CampaignService
+    recordings: RecordingCatalogue
+    files: RecordingFiles
+    models: ModelStore
+    analyses: AnalysisJobs
     started: StartReport
     lock: int
     retention: Retention
@@ -67,6 +77,8 @@ class Services:
         self.jobs.close()
         self.rigs.close()
         self.retention.close()
+        self.analyses.close()
+        self.recordings.close()
         self.events.close()
         self.database.close()
         os.close(self.lock)
@@ -103,7 +115,9 @@ def open_services(settings: ServiceSettings) -> Services:
             os.close(lock)
         raise
     registry, jobs, data_dir = RigRegistry(rigs), JobBoard(), settings.data_dir
-    tokens, models = TokenService(database), _models_beside(settings.rigs_dir)
+    tokens, model_files = TokenService(database), _models_beside(settings.rigs_dir)
+    recordings = RecordingCatalogue(database, data_dir, timedelta(days=settings.deletion_grace_days))
+    models = ModelStore(database)
     services = Services(
         settings=settings,
         database=database,
@@ -113,7 +127,13 @@ def open_services(settings: ServiceSettings) -> Services:
         rigs=registry,
         jobs=jobs,
         sessions=SessionService(database, data_dir, registry, jobs),
-        campaigns=CampaignService(database, data_dir, registry, jobs, tokens, models),
+        campaigns=CampaignService(database, data_dir, registry, jobs, tokens, model_files),
+        recordings=recordings,
+        files=RecordingFiles(database, data_dir, recordings, settings.max_upload_octets),
+        models=models,
+        analyses=AnalysisJobs(
+            database, data_dir, recordings, models, settings.analysis_jobs or usable_cores()
+        ),
         started=started,
         lock=lock,
         retention=Retention(database, settings.keep_events_days, settings.keep_audit_days),
@@ -123,6 +143,8 @@ def open_services(settings: ServiceSettings) -> Services:
     services.retention.start()
     services.rigs.start()
     services.campaigns.start()
+    services.recordings.start()
+    services.analyses.start()
     if settings.emulate is not None:
         for rig in services.rigs.all():
             if rig.view().emulated:

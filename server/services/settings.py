@@ -19,6 +19,8 @@ class ServiceSettings:
         wrong_tokens_per_minute: as many an address may send before it is told to wait.
         keep_events_days: age at which events are forgotten.
         keep_audit_days: the same of the audit log.
+        deletion_grace_days: a deleted recording can be taken back for so long.
+        analysis_jobs: processes that one discrepancy analysis may use; None takes one for each core.
     """
 
     data_dir: Path
@@ -31,3 +33,5 @@ class ServiceSettings:
     wrong_tokens_per_minute: int = 20
     keep_events_days: float = 365.0
     keep_audit_days: float = 1826.0
+    deletion_grace_days: float = 30.0
+    analysis_jobs: int | None = None

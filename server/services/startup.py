@@ -5,16 +5,14 @@ off is never begun again by itself. Journals left open become recordings. No rig
 the controller's own lease has stopped its drive long before.
 """
 
-import uuid
 from dataclasses import dataclass
 from pathlib import Path
 
 import sqlalchemy as sa
 
-from daq.errors import RecordingError
 from daq.recording.journal import JOURNAL_SUFFIX
 from daq.recording.recovery import RecoveryOutcome, recover_journals
-from daq.recording.store import read_recording
+from server.services.recordings.register import register_recording as register_recording
 from server.services.run_folder import RECORDS
 from server.storage.database import Database
 from server.storage.states import UNDER_WAY, JobState
@@ -23,7 +21,6 @@ from server.storage.tables import (
     CampaignRow,
     DiscrepancyRow,
     LeaseRow,
-    RecordingRow,
     SessionRow,
 )
 from server.storage.types import utc_now
@@ -92,54 +89,6 @@ def _folders_under_way(database: Database) -> list[str]:
             for table in (SessionRow, CampaignRow)
         ]
     return [folder for folders in found for folder in folders if folder]
-
-
-def register_recording(
-    database: Database,
-    data_dir: Path,
-    path: Path,
-    *,
-    origin: str,
-    session_id: str | None = None,
-    campaign_id: str | None = None,
-) -> str:
-    """List a recording file in the database, once, and return its id.
-
-    Args:
-        database: where it is listed.
-        data_dir: paths are relative to it.
-        path: Parquet file below the data folder.
-        origin: `session`, `campaign`, `upload` or `recovered`.
-        session_id: the session that made it.
-        campaign_id: the campaign that made it.
-    """
-    relative = str(path.resolve().relative_to(data_dir.resolve()))
-    row = _recording_row(path, relative, origin)
-    row.session_id, row.campaign_id = session_id, campaign_id
-    with database.write() as session:
-        known = session.scalar(sa.select(RecordingRow).where(RecordingRow.path == relative))
-        if known is not None:
-            return known.id
-        session.add(row)
-    return row.id
-
-
-def _recording_row(path: Path, relative: str, origin: str) -> RecordingRow:
-    recording_id, size = str(uuid.uuid4()), path.stat().st_size
-    row = RecordingRow(
-        id=recording_id, name=path.stem, path=relative, origin=origin, size_octets=size, details={}
-    )
-    try:
-        recording = read_recording(path)
-    except RecordingError as error:  # listed all the same: somebody may want to look at the file
-        row.details = {"unreadable": str(error)}
-        return row
-    lost = sum(gap.missing_samples for gap in recording.gaps)
-    row.samples, row.samples_lost = recording.n, lost
-    row.duration_s = (recording.n + lost) * recording.sample_time_s
-    rig = recording.metadata.get("rig")
-    row.rig_id = rig if isinstance(rig, str) else None
-    return row
 
 
 def _interrupt(database: Database) -> int:

@@ -15,6 +15,7 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPool
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from functools import cache, partial
+from pathlib import Path
 from typing import Generic, ParamSpec, TypeVar
 
 from server.errors import CampaignStoppedError, RunFailedError
@@ -37,6 +38,13 @@ def hold_one_thread() -> None:
     from threadpoolctl import threadpool_limits
 
     threadpool_limits(1)
+
+
+def child_environment() -> dict[str, str]:
+    """Return the environment for a process that runs a module of ours, whatever folder it runs in."""
+    root = str(Path(__file__).resolve().parents[2])
+    known = [part for part in os.environ.get("PYTHONPATH", "").split(os.pathsep) if part]
+    return {**os.environ, **ONE_THREAD, "PYTHONPATH": os.pathsep.join([root, *known])}
 
 
 def _begin_worker() -> None:

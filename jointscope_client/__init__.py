@@ -1,0 +1,1 @@
+"""Python client of the Jointscope service: `client.Client`, or `async_client.AsyncClient`; see docs/client.md."""
