@@ -10,7 +10,7 @@ from discrepancy.effects.table import EFFECTS
 from discrepancy.evaluate import Curve, Scorer, score_curves
 from discrepancy.fitting.parameters import BASE, NUISANCES
 from discrepancy.locate import Place
-from discrepancy.model.schema import EffectTerm, JointModel, Quantity
+from discrepancy.model.schema import BASE_SLOTS, EffectTerm, JointModel, Quantity
 from discrepancy.next_experiment import RigLimits
 from discrepancy.report.detectable import detectable_effects
 from discrepancy.report.law import LawMaker
@@ -23,6 +23,7 @@ from discrepancy.search.open_questions import next_question
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.spline import SplineTerm, fit_spline
 from discrepancy.search.state import State
+from discrepancy.simulation import slots as s
 
 CHANGE_SIGMAS = 4.0
 """A nameplate value counts as changed beyond this many standard errors and beyond 1 %."""
@@ -251,11 +252,15 @@ def assemble(
     judged = [name for name in model.outputs if name in steps[0].test] or list(steps[0].test)
     values = quantities(outcome, last.state, model)
     new = extended_model(model, values, last.state)
+    changes = parameter_changes(model, values)
+    if model.input == "current_A" and any(BASE_SLOTS[c.parameter] == s.TORQUE_CONSTANT for c in changes):
+        # One number: nothing but the reading of the current and the torque that it stands for.
+        steps[0] = replace(steps[0], equivalents=("current_sensor_gain",))
     return GapResult(
         verdict=outcome.verdict,
         effects=last.state.added,
         unknown=outcome.unknown,
-        parameter_changes=parameter_changes(model, values),
+        parameter_changes=changes,
         gap_before=total_gap(steps[0].test, judged),
         gap_after=total_gap(steps[-1].test, judged),
         noise_floor=floor,
