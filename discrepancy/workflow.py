@@ -36,6 +36,7 @@ from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import State, with_best_smoothing
 from discrepancy.simulation import slots as s
+from discrepancy.torque.limits import TorqueLimits
 from discrepancy.torque.prepare import torque_problem, torque_scorer
 from discrepancy.torque.problem import Motion, read_motion
 
@@ -44,8 +45,6 @@ SCOUT_FACTOR = 2
 """Starts are tried on samples so many times coarser than those that decide."""
 SHORTEST_BIN_S = 1e-3
 LATENCY_S = 1.2e-3
-TORQUE_MATERIAL = 0.06
-TORQUE_FORM_ERROR = 0.1
 LEAST_RESPONSE = 0.01
 BEFORE_THE_SENSOR = frozenset({"current_saturation", "inverter_dead_time"})
 """Effects between the reference and the measured current: a record that holds both drives the joint by what is left."""
@@ -57,10 +56,12 @@ class GapOptions:
 
     Attributes:
         search: decision limits.
+        torque: limits of judging by torque.
         executor: where candidate fits run; None means in this process, one after the other.
     """
 
     search: SearchOptions = field(default_factory=SearchOptions)
+    torque: TorqueLimits = field(default_factory=TorqueLimits)
     executor: Executor | None = None
 
 
@@ -101,15 +102,15 @@ def _run_torque(
     scale_notes: list[str],
 ) -> GapResult:
     train_records, test_records = records
-    train = [read_motion(record, model, f"train[{i}]") for i, record in enumerate(train_records)]
-    test = [read_motion(record, model, f"test[{i}]") for i, record in enumerate(test_records)]
+    train = [read_motion(record, model, f"train[{i}]", chosen.torque) for i, record in enumerate(train_records)]
+    test = [read_motion(record, model, f"test[{i}]", chosen.torque) for i, record in enumerate(test_records)]
     notes = scale_notes + check_inputs(model, [one for _, one in train], [one for _, one in test])
     prepared = prepare_torque(model, train, chosen.executor)
     names = column_names(model)
     limits = replace(
         chosen.search,
-        material_rms=max(chosen.search.material_rms, TORQUE_MATERIAL),
-        simpler=max(chosen.search.simpler, TORQUE_FORM_ERROR),
+        material_rms=max(chosen.search.material_rms, chosen.torque.material_rms),
+        simpler=max(chosen.search.simpler, chosen.torque.form_error),
     )
     outcome = search(prepared.problem, prepared.state, prepared.ranges, limits, prepared.context, names)
     scorer = torque_scorer(model, train, test)
