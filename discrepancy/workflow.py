@@ -31,6 +31,7 @@ from discrepancy.fitting.problem import COARSE_STEP_ANGLE, Noise, SimulationProb
 from discrepancy.model.schema import BASE_SLOTS, InputHold, JointModel, Judge
 from discrepancy.result import GapResult
 from discrepancy.search.finish import search
+from discrepancy.search.free_run import refine_free_run
 from discrepancy.search.greedy import Context
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
@@ -91,6 +92,8 @@ def run_gap(
     if model.input == "current_A" and all("current_ref_A" in record.columns for record in train_records):
         context = replace(context, excluded=context.excluded | BEFORE_THE_SENSOR)
     outcome = search(prepared.problem, prepared.state, prepared.ranges, chosen.search, context, names)
+    if not any(channel.row == SPEED for channel in train[0].channels):
+        outcome = refine_free_run(outcome, [bin_series(one, prepared.factor) for one in train])
     floor = noise_floor(train, outcome.problem, prepared.factor)
     return assemble(model, outcome, simulation_scorer(train, test), floor, notes)
 
