@@ -105,7 +105,9 @@ def _run_torque(
     scale_notes: list[str],
 ) -> GapResult:
     train_records, test_records = records
-    train = [read_motion(record, model, f"train[{i}]", chosen.torque) for i, record in enumerate(train_records)]
+    train = [
+        read_motion(record, model, f"train[{i}]", chosen.torque) for i, record in enumerate(train_records)
+    ]
     test = [read_motion(record, model, f"test[{i}]", chosen.torque) for i, record in enumerate(test_records)]
     notes = scale_notes + check_inputs(model, [one for _, one in train], [one for _, one in test])
     prepared = prepare_torque(model, train, chosen.executor)

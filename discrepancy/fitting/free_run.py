@@ -73,7 +73,8 @@ def best_free_run(
     starts = problem.initial_starts()
     at_rest = tuple(start * np.array([0.0, 1.0]) for start in starts)
     return min(
-        (fit_free_run(problem, parameters, vector, one) for one in (starts, at_rest)), key=lambda one: one.loss
+        (fit_free_run(problem, parameters, vector, one) for one in (starts, at_rest)),
+        key=lambda one: one.loss,
     )
 
 
@@ -82,5 +83,7 @@ def _start_sizes(problem: SimulationProblem, start: FloatArray) -> FloatArray:
     one = problem.series[0]
     travel = max(float(np.ptp(one.angle)) if one.angle.size else 0.0, 1e-9)
     speed = next((c.values for c in one.channels if channel_row(c.name) == SPEED), None)
-    top = float(np.ptp(speed)) if speed is not None else travel / max(one.step, 0.1 * float(np.ptp(one.time_s)))
+    top = (
+        float(np.ptp(speed)) if speed is not None else travel / max(one.step, 0.1 * float(np.ptp(one.time_s)))
+    )
     return np.tile([max(top, 1e-9), travel], len(start))

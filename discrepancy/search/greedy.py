@@ -287,7 +287,7 @@ def choose(
 def _least_to_replace(
     contender: Contender, state: State, options: SearchOptions, context: "Context"
 ) -> float:
-    """Return what a law that contains one already named must close: the round that took the simpler one asked it too."""
+    """Return what a law that contains a named one must close: the round that took the simpler one asked it too."""
     replaced = set(EFFECTS[contender.name].contains) & set(state.added)
     return options.simpler * context.closed if replaced else 0.0
 

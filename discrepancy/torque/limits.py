@@ -1,7 +1,7 @@
 """Limits of judging by torque: how the motion is filtered, and how exact a torque balance is expected to be.
 
-None of them was set by looking at a test record: `benchmarks/real_data.py` varies each on splits of the training
-records alone, and docs/real_data.md holds its table and the reasons.
+Each stands in the middle of the range in which halves of the training records get the same names from both halves:
+`benchmarks/real_data.py` varies each of them without opening a test record, docs/real_data.md holds its table.
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class TorqueLimits:
     """
 
     material_rms: float = 0.134
-    form_error: float = 0.1
-    rest_share: float = 0.02
+    form_error: float = 0.15
+    rest_share: float = 0.05
     differentiation_factor: float = 3.0
     band_factor: float = 16.0

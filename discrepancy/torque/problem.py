@@ -106,9 +106,7 @@ def read_motion(
     return motion, _judged(motion, model, (label, step * factor, step), limits.rest_share)
 
 
-def _judged(
-    motion: Motion, model: JointModel, about: tuple[str, float, float], rest_share: float
-) -> Series:
+def _judged(motion: Motion, model: JointModel, about: tuple[str, float, float], rest_share: float) -> Series:
     """Return the judged torque of a motion; `about` holds label, judged step and original step."""
     label, step, original = about
     constants = [q.value for n, q in model.parameters.items() if n in ("torque_constant", "force_constant")]
@@ -147,7 +145,11 @@ class TorqueProblem(SimulationProblem):
         constant = float(vector[s.TORQUE_CONSTANT])
         for motion, one in zip(self.motions, self.series, strict=True):
             needed = torque_record(
-                vector, motion.time_s, motion.input, (motion.angle, motion.speed, motion.acceleration), constant
+                vector,
+                motion.time_s,
+                motion.input,
+                (motion.angle, motion.speed, motion.acceleration),
+                constant,
             )
             # As the nameplate's torque constant would read the input. The measured side must not move with a fitted
             # constant: a joint of no inertia and a motor of no torque would balance perfectly.
@@ -163,7 +165,7 @@ class TorqueProblem(SimulationProblem):
         Three blocks of a short record each hold a part of the motion that the others lack; the law that predicts such
         a block best is chosen by chance.
         """
-        found = []
+        found: list[list[slice]] = []
         offset = 0
         for motion, one in zip(self.motions, self.series, strict=True):
             duration = one.n * one.step
