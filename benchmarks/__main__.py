@@ -24,6 +24,7 @@ PROGRAMS = {
     "paper_campaign": "the two 1001 s experiments, end to end",
     "command_line": "first estimate from the command line, cold and warm",
     "scaling": "what a night of 10,000 joints needs",
+    "real_data": "the torque limits on splits of measured training records",
     "soak": "half an hour at 1x with the other core busy",
 }
 ONLY_WHEN_NAMED = ("soak",)
