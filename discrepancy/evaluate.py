@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discrepancy.data.series import Series
+from discrepancy.data.series import POSITION, Series
+from discrepancy.fitting.free_run import MOST_WINDOWS, best_free_run
 from discrepancy.fitting.levenberg import fit
 from discrepancy.fitting.problem import Noise, SimulationProblem
 
@@ -59,11 +60,17 @@ def simulate_series(series: Sequence[Series], vector: FloatArray) -> list[Curve]
         sigma={channel.name: max(float(np.std(channel.values)), 1e-12) for channel in series[0].channels}
     )
     problem = SimulationProblem(series=tuple(series), noise=noise)
+    if any(c.row == POSITION for c in series[0].channels) and len(series[0].windows) <= MOST_WINDOWS:
+        free = best_free_run(problem, (), vector)
+        return _curves(series, problem.simulate(free.vector, free.starts))
     # A smoothed speed errs at its ends: a record may begin at rest though its first samples say otherwise.
     starts = problem.initial_starts()
     at_rest = tuple(start * np.array([0.0, 1.0]) for start in starts)
     fitted = min((fit(problem, (), vector, one, 3) for one in (starts, at_rest)), key=lambda one: one.loss)
-    outputs = problem.simulate(fitted.vector, fitted.starts)
+    return _curves(series, problem.simulate(fitted.vector, fitted.starts))
+
+
+def _curves(series: Sequence[Series], outputs: Sequence[FloatArray]) -> list[Curve]:
     return [
         Curve(
             label=one.label, name=channel.name, time_s=one.time_s, measured=channel.values,

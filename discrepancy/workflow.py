@@ -31,11 +31,13 @@ from discrepancy.fitting.problem import COARSE_STEP_ANGLE, Noise, SimulationProb
 from discrepancy.model.schema import BASE_SLOTS, InputHold, JointModel, Judge
 from discrepancy.result import GapResult
 from discrepancy.search.finish import search
+from discrepancy.search.free_run import refine_free_run
 from discrepancy.search.greedy import Context
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import State, with_best_smoothing
 from discrepancy.simulation import slots as s
+from discrepancy.torque.limits import TorqueLimits
 from discrepancy.torque.prepare import torque_problem, torque_scorer
 from discrepancy.torque.problem import Motion, read_motion
 
@@ -44,8 +46,6 @@ SCOUT_FACTOR = 2
 """Starts are tried on samples so many times coarser than those that decide."""
 SHORTEST_BIN_S = 1e-3
 LATENCY_S = 1.2e-3
-TORQUE_MATERIAL = 0.06
-TORQUE_FORM_ERROR = 0.1
 LEAST_RESPONSE = 0.01
 BEFORE_THE_SENSOR = frozenset({"current_saturation", "inverter_dead_time"})
 """Effects between the reference and the measured current: a record that holds both drives the joint by what is left."""
@@ -57,10 +57,12 @@ class GapOptions:
 
     Attributes:
         search: decision limits.
+        torque: limits of judging by torque.
         executor: where candidate fits run; None means in this process, one after the other.
     """
 
     search: SearchOptions = field(default_factory=SearchOptions)
+    torque: TorqueLimits = field(default_factory=TorqueLimits)
     executor: Executor | None = None
 
 
@@ -90,6 +92,8 @@ def run_gap(
     if model.input == "current_A" and all("current_ref_A" in record.columns for record in train_records):
         context = replace(context, excluded=context.excluded | BEFORE_THE_SENSOR)
     outcome = search(prepared.problem, prepared.state, prepared.ranges, chosen.search, context, names)
+    if not any(channel.row == SPEED for channel in train[0].channels):
+        outcome = refine_free_run(outcome, [bin_series(one, prepared.factor) for one in train])
     floor = noise_floor(train, outcome.problem, prepared.factor)
     return assemble(model, outcome, simulation_scorer(train, test), floor, notes)
 
@@ -101,15 +105,17 @@ def _run_torque(
     scale_notes: list[str],
 ) -> GapResult:
     train_records, test_records = records
-    train = [read_motion(record, model, f"train[{i}]") for i, record in enumerate(train_records)]
-    test = [read_motion(record, model, f"test[{i}]") for i, record in enumerate(test_records)]
+    train = [
+        read_motion(record, model, f"train[{i}]", chosen.torque) for i, record in enumerate(train_records)
+    ]
+    test = [read_motion(record, model, f"test[{i}]", chosen.torque) for i, record in enumerate(test_records)]
     notes = scale_notes + check_inputs(model, [one for _, one in train], [one for _, one in test])
     prepared = prepare_torque(model, train, chosen.executor)
     names = column_names(model)
     limits = replace(
         chosen.search,
-        material_rms=max(chosen.search.material_rms, TORQUE_MATERIAL),
-        simpler=max(chosen.search.simpler, TORQUE_FORM_ERROR),
+        material_rms=max(chosen.search.material_rms, chosen.torque.material_rms),
+        simpler=max(chosen.search.simpler, chosen.torque.form_error),
     )
     outcome = search(prepared.problem, prepared.state, prepared.ranges, limits, prepared.context, names)
     scorer = torque_scorer(model, train, test)

@@ -15,6 +15,7 @@ from discrepancy.search.doubts import find_doubt
 from discrepancy.search.greedy import Context, Equivalent, Round, run_round
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.pairs import find_pair
 from discrepancy.search.remainder import find_remainder
 from discrepancy.search.state import State, polish, refit, scan_effect, with_best_smoothing, without
 
@@ -96,20 +97,17 @@ def search(
     while len(current.added) < options.most_effects and len(rounds) < 2 * options.most_effects:
         done = run_round(problem, current, ranges, options, replace(context, closed=closed))
         rounds.append(done)
-        if done.winner is None:
+        pair = () if done.winner else find_pair(problem, current, (ranges, options, context), done)
+        if pair:
+            rounds[-1:] = pair
+        taken = [one for one in (pair or (done,)) if one.winner is not None]
+        if not taken:
             break
-        # A chaotic loss has many hollows: the way to the bottom is long, and worth it once only.
-        more = LONG_WAY if done.winner.state.is_chaotic else 3
-        current = with_best_smoothing(problem, refit(problem, done.winner.state, ranges, more))
-        closed = float(np.hypot(closed, done.winner.closed))
-        # A richer law takes the place of the simpler one that it contains.
-        steps = [step for step in steps if step.added is None or step.added in current.added]
-        steps.append(
-            Step(
-                state=current, added=done.winner.name, equivalents=done.equivalents,
-                fall=done.winner.fall, closed=done.winner.closed,
-            )
-        )  # fmt: skip
+        for one in taken:
+            current, closed, step = _accept(problem, one, ranges, closed)
+            # A richer law takes the place of the simpler one that it contains.
+            steps = [s for s in steps if s.added is None or s.added in current.added]
+            steps.append(step)
         if context.pairs:
             problem, context = _quieter(problem, current, context)
         current, steps = prune(problem, (current, steps), ranges, (options, context, closed))
@@ -120,6 +118,22 @@ def search(
     if outcome.is_torque:
         return _conclude_torque(outcome, ranges, context, names)
     return _conclude(outcome, (ranges, options, replace(context, closed=closed)), names)
+
+
+def _accept(
+    problem: SimulationProblem, done: Round, ranges: Ranges, closed: float
+) -> tuple[State, float, Step]:
+    """Return the winner's model fitted again, all that was closed so far, and its step."""
+    winner = done.winner
+    if winner is None:
+        raise ValueError("a round without a winner adds nothing")
+    # A chaotic loss has many hollows: the way to the bottom is long, and worth it once only.
+    more = LONG_WAY if winner.state.is_chaotic else 3
+    current = with_best_smoothing(problem, refit(problem, winner.state, ranges, more))
+    step = Step(
+        state=current, added=winner.name, equivalents=done.equivalents, fall=winner.fall, closed=winner.closed
+    )
+    return current, float(np.hypot(closed, winner.closed)), step
 
 
 def _quieter(problem: SimulationProblem, state: State, context: Context) -> tuple[SimulationProblem, Context]:

@@ -280,7 +280,7 @@ def choose(
         c
         for c in judged
         if c.fall > options.alarm + options.per_parameter * own_size(c)
-        and c.closed > least
+        and c.closed > max(least, _least_to_replace(c, state, options, context))
         and c.part > part
         and c.white_loss < (1.0 - options.material_rms) ** 2 * state.fit.loss
     ]
@@ -295,6 +295,14 @@ def choose(
         if extra < max(context.material(options, state.present), options.simpler * best.closed):
             best = rival
     return best
+
+
+def _least_to_replace(
+    contender: Contender, state: State, options: SearchOptions, context: "Context"
+) -> float:
+    """Return what a law that contains a named one must close: the round that took the simpler one asked it too."""
+    replaced = set(EFFECTS[contender.name].contains) & set(state.added)
+    return options.simpler * context.closed if replaced else 0.0
 
 
 def own_size(contender: Contender) -> int:

@@ -8,6 +8,7 @@ and are decimated (the parallel decimation of M. Gautier, IDIM; A. Janot et al.,
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,16 +21,15 @@ from discrepancy.data.series import TORQUE, Channel, Series, angle_column
 from discrepancy.errors import GapInputError
 from discrepancy.fitting.problem import SimulationProblem, Starts
 from discrepancy.model.schema import JointModel
+from discrepancy.simulation import slots as s
 from discrepancy.simulation.kernels.inverse import torque_record
+from discrepancy.torque.limits import TorqueLimits
 
 FloatArray = NDArray[np.float64]
 
-DIFFERENTIATION_FACTOR = 3.0
-"""Edge of the filter that the motion passes before it is differentiated, in units of the shared filter's edge."""
-REST_SHARE = 0.02
-"""Below this part of the largest speed a joint counts as resting: what friction does there the motion does not tell."""
-BAND_FACTOR = 16.0
-"""The filter's edge in units of the frequency below which 95 % of the speed's power lies."""
+LEAST_BLOCKS = 12
+FILTER_MEMORIES = 4.0
+"""A held-out block is at least so many times longer than the shared filter's memory (one over its edge)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,12 +55,15 @@ class Motion:
         return np.asarray(sosfiltfilt(self.sections, values)[self.keep])
 
 
-def read_motion(recording: Recording, model: JointModel, label: str) -> tuple[Motion, Series]:
+def read_motion(
+    recording: Recording, model: JointModel, label: str, limits: TorqueLimits | None = None
+) -> tuple[Motion, Series]:
     """Return the motion and the judged torque of a record.
 
     Raises:
         GapInputError: neither a position nor a speed column, or a broken time axis.
     """
+    limits = limits or TorqueLimits()
     names = set(recording.columns)
     if model.input not in names:
         raise GapInputError(
@@ -87,10 +90,10 @@ def read_motion(recording: Recording, model: JointModel, label: str) -> tuple[Mo
     angle = column(position) if position else np.cumsum(column(speed_name)) * step
     rough = column(speed_name) if speed_name in names else np.gradient(angle, step)
     check_moving(rough, label, speed_name if speed_name in names else str(position))
-    edge = _edge(rough, step)
+    edge = _edge(rough, step, limits.band_factor)
     sections = butter(4, edge * 2.0 * step, output="sos")
     # The motion's own filter is wider: the edge itself is left to the filter that measured and computed torque share.
-    wide = butter(4, min(0.8, DIFFERENTIATION_FACTOR * edge * 2.0 * step), output="sos")
+    wide = butter(4, min(0.8, limits.differentiation_factor * edge * 2.0 * step), output="sos")
     smooth = sosfiltfilt(wide, angle)
     speed = sosfiltfilt(wide, rough) if speed_name in names else np.gradient(smooth, step)
     factor = max(1, int(0.25 / (edge * step)))
@@ -100,15 +103,15 @@ def read_motion(recording: Recording, model: JointModel, label: str) -> tuple[Mo
         time_s=time, input=column(model.input), angle=smooth, speed=speed, acceleration=np.gradient(speed, step),
         sections=sections, edge_hz=edge, keep=keep,
     )  # fmt: skip
-    return motion, _judged(motion, model, (label, step * factor, step))
+    return motion, _judged(motion, model, (label, step * factor, step), limits.rest_share)
 
 
-def _judged(motion: Motion, model: JointModel, about: tuple[str, float, float]) -> Series:
+def _judged(motion: Motion, model: JointModel, about: tuple[str, float, float], rest_share: float) -> Series:
     """Return the judged torque of a motion; `about` holds label, judged step and original step."""
     label, step, original = about
     constants = [q.value for n, q in model.parameters.items() if n in ("torque_constant", "force_constant")]
     measured = motion.smooth((constants[0] if constants else 1.0) * motion.input)
-    moving = np.abs(motion.speed[motion.keep]) > REST_SHARE * np.quantile(np.abs(motion.speed), 0.995)
+    moving = np.abs(motion.speed[motion.keep]) > rest_share * np.quantile(np.abs(motion.speed), 0.995)
     channel = Channel(
         name="force" if model.is_linear_axis else "torque", row=TORQUE, values=measured,
         weight=moving.astype(np.float64),
@@ -120,13 +123,13 @@ def _judged(motion: Motion, model: JointModel, about: tuple[str, float, float]) 
     )  # fmt: skip
 
 
-def _edge(speed: FloatArray, step: float) -> float:
+def _edge(speed: FloatArray, step: float, band_factor: float) -> float:
     """Return the filter's edge in Hz, from where the speed's power lies."""
     power = np.abs(np.fft.rfft(speed - speed.mean())) ** 2
     frequency = np.fft.rfftfreq(speed.size, step)
     total = np.cumsum(power)
     band = float(frequency[np.searchsorted(total, 0.95 * total[-1])])
-    return min(0.2 / step, max(BAND_FACTOR * band, 20.0 / (speed.size * step)))
+    return min(0.2 / step, max(band_factor * band, 20.0 / (speed.size * step)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,17 +142,38 @@ class TorqueProblem(SimulationProblem):
     def simulate(self, vector: FloatArray, starts: Starts) -> list[FloatArray]:
         """Return the needed torque of each record in row TORQUE, shape (4, n)."""
         found = []
+        constant = float(vector[s.TORQUE_CONSTANT])
         for motion, one in zip(self.motions, self.series, strict=True):
-            torque = torque_record(
+            needed = torque_record(
                 vector,
                 motion.time_s,
                 motion.input,
                 (motion.angle, motion.speed, motion.acceleration),
-                self.nominal,
+                constant,
             )
+            # As the nameplate's torque constant would read the input. The measured side must not move with a fitted
+            # constant: a joint of no inertia and a motor of no torque would balance perfectly.
+            torque = needed * (self.nominal / constant)
             output = np.zeros((4, one.n))
             output[TORQUE] = motion.smooth(torque)
             found.append(output)
+        return found
+
+    def blocks(self, seconds: float) -> list[list[slice]]:
+        """Return at least a dozen blocks where the filter's memory allows it: a torque balance has no other memory.
+
+        Three blocks of a short record each hold a part of the motion that the others lack; the law that predicts such
+        a block best is chosen by chance.
+        """
+        found: list[list[slice]] = []
+        offset = 0
+        for motion, one in zip(self.motions, self.series, strict=True):
+            duration = one.n * one.step
+            finest = int(duration * motion.edge_hz / FILTER_MEMORIES)
+            count = max(2, round(duration / seconds), min(LEAST_BLOCKS, finest))
+            edges = np.linspace(offset, offset + one.n, count + 1).astype(int)
+            found.extend([slice(int(a), int(b))] for a, b in pairwise(edges))
+            offset += one.n
         return found
 
     def start_columns(self, vector: FloatArray, starts: Starts, at: list[FloatArray]) -> list[FloatArray]:
