@@ -11,15 +11,16 @@ from discrepancy.design.measurements import other_measurement
 from discrepancy.design.prediction import Stage
 from discrepancy.design.proposal import Proposal, Rival, measure, separate
 from discrepancy.effects.table import EFFECTS
+from discrepancy.fitting.parameters import FitParameter
 from discrepancy.search.finish import SearchOutcome, Step
 from discrepancy.search.greedy import Equivalent, Round, exact_equivalents
 from discrepancy.search.judge import robust_covariance
 from discrepancy.search.options import SearchOptions
 
-POOR_ERROR = 0.1
+POOR_ERROR = 0.05
 """A parameter whose relative standard error is larger counts as poorly known."""
-GOOD_ERROR = 0.05
-"""What an experiment for a poorly known parameter aims at."""
+GOOD_ERROR = 0.03
+"""What an experiment for a poorly known parameter aims at: coloured noise leaves more than is predicted."""
 MOST_RIVALS = 4
 SAFETY = 2.0
 """A predicted distance scatters by twice its root when it is measured: ask for more than the search does."""
@@ -136,6 +137,8 @@ def _poor_parameter(stage: Stage, outcome: SearchOutcome) -> Entry | None:
     covariance = robust_covariance(outcome.problem, last.fit)
     for i, parameter in enumerate(last.fit.parameters):
         value = abs(float(last.fit.vector[parameter.slot]))
+        if _at_bound(parameter, float(last.fit.vector[parameter.slot])):
+            continue  # a shape at the end of its range has nothing to be measured
         if parameter.owner in last.added and covariance[i, i] > (POOR_ERROR * value) ** 2:
             proposal = measure(stage, last, parameter.owner, GOOD_ERROR)
             if proposal is None:
@@ -147,6 +150,12 @@ def _poor_parameter(stage: Stage, outcome: SearchOutcome) -> Entry | None:
             )
             return _entry(why, [parameter.owner], proposal)
     return None
+
+
+def _at_bound(parameter: FitParameter, value: float) -> bool:
+    """Return whether a fitted value is pressed against an end of its range other than zero."""
+    ends = [end for end in (parameter.lower, parameter.upper) if math.isfinite(end) and end != 0.0]
+    return any(abs(value - end) <= 1e-6 * abs(end) for end in ends)
 
 
 def _richer_law(stage: Stage, outcome: SearchOutcome) -> Entry | None:
