@@ -1,7 +1,7 @@
 """Rig time until the answer is certain: designed experiments against random ones of the same family and length.
 
 Each case hides one effect in the emulated controller's physics (without its pseudo-terminal, for speed), beside what a
-first recording session has: the paper's sine for 10 s, played twice, and a test record. Both arms then play one record
+first recording session has: a sine of 0.5 A for 10 s, played twice, and a test record. Both arms then play one record
 after the other and ask again after each: the designed arm plays what the answer proposes, the random arm a draw from
 the same list of candidates, as long as the designed arm's record of that round, both under the same limits. An answer
 is certain when it names the hidden effect and nothing else, declares no equivalents but those with the same equations,
@@ -33,6 +33,7 @@ from daq.recording.recording import Recording, recording_from_columns
 from discrepancy.design.excitations import RAMP_S, candidate_excitations
 from discrepancy.design.limits import RigLimits
 from discrepancy.model.reader import read_model
+from discrepancy.model.schema import Quantity
 from discrepancy.result import GapResult
 from discrepancy.search.greedy import exact_equivalents
 from discrepancy.workflow import GapOptions, run_gap
@@ -46,7 +47,7 @@ FIRST_SEED = 31_000_000
 SEEDS = 3
 EFFECTS = {
     "stribeck_friction": 0.3,
-    "load_dependent_friction": 1.0,
+    "load_dependent_friction": 0.5,
     "torque_ripple": 1.0,
     "asymmetric_viscous_friction": 0.3,
     "quadratic_drag": 0.3,
@@ -56,7 +57,8 @@ EFFECTS = {
 }
 """Hidden effects and the part of the drawn strength: weak enough that the first session leaves something open."""
 SESSION_S = 10.0
-BUDGET_S = 160.0
+SESSION_SHARE = 0.625
+BUDGET_S = 80.0
 CERTAIN = 0.05
 BOOTSTRAP = 2000
 
@@ -74,7 +76,7 @@ class Case:
         self.generator = generator
         self.noise = seed
         n = round(SESSION_S / TICK_S)
-        self.first = [self.record(sine()[:n]), self.record(sine()[:n])]
+        self.first = [self.record(SESSION_SHARE * sine()[:n]) for _ in range(2)]
         self.test = self.record(rich(np.random.default_rng(seed + 1))[: 2 * n])
 
     def record(self, reference: FloatArray) -> Recording:
@@ -99,7 +101,12 @@ class Case:
     def ask(self, extra: list[Recording]) -> GapResult:
         """Return the answer to all records so far."""
         model = read_model(ROOT / "config" / "models" / "joint1.yaml")
-        return run_gap(model, [*self.first, *extra], [self.test], GapOptions(limits=self.limits))
+        result = run_gap(model, [*self.first, *extra], [self.test], GapOptions(limits=self.limits))
+        told = [f"{q.std / abs(q.value):.1%}" for q in _free(result) if q.std is not None and q.value]
+        print(
+            "  ", len(extra), result.verdict, *result.effects, result.steps[-1].equivalents, *told, flush=True
+        )
+        return result
 
 
 def reference(words: Words, duration_s: float) -> FloatArray:
@@ -115,8 +122,11 @@ def certain(result: GapResult, name: str) -> bool:
     step = result.steps[-1]
     if set(step.equivalents) - set(exact_equivalents(result.effects)):
         return False
-    free = [q for q in step.parameters.values() if not q.fixed and q.std is not None]
-    return all((q.std or 0.0) <= CERTAIN * abs(q.value) for q in free)
+    return all((q.std or 0.0) <= CERTAIN * abs(q.value) for q in _free(result))
+
+
+def _free(result: GapResult) -> list[Quantity]:
+    return [q for q in result.steps[-1].parameters.values() if not q.fixed and q.std is not None]
 
 
 def run_case(name: str, seed: int, limits: RigLimits) -> dict[str, Any] | None:

@@ -17,12 +17,12 @@ from discrepancy.data.series import CURRENT, POSITION, SPEED, Series, cut_window
 from discrepancy.design.excitations import waveform
 from discrepancy.design.limits import RigLimits
 from discrepancy.fitting.levenberg import Fit, fit
-from discrepancy.fitting.problem import Noise, SimulationProblem
+from discrepancy.fitting.problem import STEP_ANGLE, Noise, SimulationProblem
 from discrepancy.search.state import CHAOTIC_WINDOW_S, State
 
 FloatArray = NDArray[np.float64]
 
-REFIT_ITERATIONS = 8
+REFIT_ITERATIONS = 5
 _RIDGE = 1e-9
 
 
@@ -34,11 +34,17 @@ class Stage:
         template: a training record; predictions have its outputs and sample times.
         noise: of one of its samples.
         limits: what the rig allows.
+        step_angle: of the simulation's sub-steps; coarse where candidates are only compared.
     """
 
     template: Series
     noise: Noise
     limits: RigLimits
+    step_angle: float = STEP_ANGLE
+
+    def problem(self, series: Series) -> SimulationProblem:
+        """Return the simulation of a record that was not played."""
+        return SimulationProblem(series=(series,), noise=self.noise, step_angle=self.step_angle)
 
 
 def blank_series(stage: Stage, excitation: Mapping[str, Any], duration_s: float) -> Series:
@@ -56,7 +62,7 @@ def blank_series(stage: Stage, excitation: Mapping[str, Any], duration_s: float)
 
 def simulate(stage: Stage, blank: Series, state: State) -> FloatArray:
     """Return what a model predicts, rows speed, position and current, shape (3, n)."""
-    problem = SimulationProblem(series=(blank,), noise=stage.noise)
+    problem = stage.problem(blank)
     return problem.simulate(problem.prepare(state.fit.vector), problem.initial_starts())[0]
 
 
@@ -81,9 +87,9 @@ def with_outputs(blank: Series, outputs: FloatArray, *, in_windows: bool) -> Ser
 def predict(stage: Stage, blank: Series, truth: State, rivals: Sequence[State]) -> Series | None:
     """Return the record that `truth` predicts, None if it or a rival would leave what the rig allows."""
     outputs = simulate(stage, blank, truth)
-    if not all(stays_inside(simulate(stage, blank, one), stage.limits) for one in rivals):
-        return None
     if not stays_inside(outputs, stage.limits):
+        return None
+    if not all(stays_inside(simulate(stage, blank, one), stage.limits) for one in rivals):
         return None
     return with_outputs(blank, outputs, in_windows=any(one.is_chaotic for one in (truth, *rivals)))
 
@@ -106,7 +112,7 @@ def refitted_distance(stage: Stage, predicted: Series, rival: State) -> float:
 
 
 def _fitted(stage: Stage, predicted: Series, rival: State, iterations: int) -> Fit:
-    problem = SimulationProblem(series=(predicted,), noise=stage.noise)
+    problem = stage.problem(predicted)
     return fit(problem, rival.fit.parameters, rival.fit.vector, problem.initial_starts(), iterations)
 
 

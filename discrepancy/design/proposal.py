@@ -7,11 +7,12 @@ that nothing separates does not hide what is to be gained for the others.
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from discrepancy.data.series import Series
 from discrepancy.design.excitations import RAMP_S, Candidate, candidate_excitations
 from discrepancy.design.limits import Excitation
 from discrepancy.design.prediction import (
@@ -23,18 +24,22 @@ from discrepancy.design.prediction import (
     worst_error,
 )
 from discrepancy.effects.table import EFFECTS
+from discrepancy.fitting.problem import COARSE_STEP_ANGLE
 from discrepancy.search.state import State
 
 SCREEN_S = 20.0
 DURATIONS_S = (5.0, 10.0, 20.0, 40.0, 80.0)
-REFITTED = 4
+REFITTED = 3
 """Candidates that are looked at with a full refit."""
+TIMED = 2
+"""Of these, candidates that are looked at in every length."""
 ENOUGH = 0.95
 LEAST_WORTH = 0.05
 """Below this share of what is needed in the longest record, a proposal would waste the rig's time."""
 SLOW_DRIVERS = frozenset({"time_s"})
 
 Needed = Callable[[float], float]
+Distance = Callable[[Stage, Series, State], float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,9 +71,9 @@ def durations(stage: Stage) -> list[float]:
     return [one for one in DURATIONS_S if one <= longest] or [longest]
 
 
-def screening_length(stage: Stage, states: Sequence[State]) -> float:
+def screening_length(stage: Stage, state: State) -> float:
     """Return the length at which candidates are compared: drifts need a long record to show at all."""
-    slow = any(EFFECTS[name].driver in SLOW_DRIVERS for state in states for name in state.added)
+    slow = any(EFFECTS[name].driver in SLOW_DRIVERS for name in state.added)
     wanted = DURATIONS_S[-1] if slow else SCREEN_S
     return min(wanted, durations(stage)[-1])
 
@@ -76,29 +81,32 @@ def screening_length(stage: Stage, states: Sequence[State]) -> float:
 def separate(stage: Stage, rivals: Sequence[Rival], needed: Needed) -> Proposal | None:
     """Return what tells the first rival from the others best, None if the limits allow nothing that helps."""
     first, others = rivals[0].state, [one.state for one in rivals[1:]]
-    length = screening_length(stage, [first, *others])
+    length = screening_length(stage, first)
+    coarse = replace(stage, step_angle=COARSE_STEP_ANGLE)
 
-    def look(candidate: Candidate, duration: float, distance: Callable[..., float]) -> Proposal | None:
-        predicted = predict(stage, blank_series(stage, candidate.excitation, duration), first, others)
+    def glance(candidate: Candidate) -> Proposal | None:
+        return look(candidate, length, (coarse, linear_distance))
+
+    def look(candidate: Candidate, duration: float, way: tuple[Stage, Distance]) -> Proposal | None:
+        at, distance = way
+        predicted = predict(at, blank_series(at, candidate.excitation, duration), first, others)
         if predicted is None:
             return None
-        far = tuple(distance(stage, predicted, other) for other in others)
+        far = tuple(distance(at, predicted, other) for other in others)
         worth = float(np.mean([min(1.0, d / needed(duration)) for d in far]))
         return Proposal(excitation=candidate.excitation, duration_s=duration, worth=worth, distances=far)
 
-    scored = _screen(
-        stage, [(c, look(c, length, linear_distance)) for c in candidate_excitations(stage.limits)]
-    )
-    refitted = [(c, look(c, length, refitted_distance)) for c, _ in scored[:REFITTED]]
+    scored = _screen(stage, [(c, glance(c)) for c in candidate_excitations(stage.limits)])
+    refitted = [(c, look(c, length, (stage, refitted_distance))) for c, _ in scored[:REFITTED]]
     best = _screen(stage, refitted)
     if not best:
         return None
-    return _shortest(stage, [c for c, _ in best], lambda c, t: look(c, t, refitted_distance))
+    return _shortest(stage, [c for c, _ in best[:TIMED]], lambda c, t: look(c, t, (stage, refitted_distance)))
 
 
 def measure(stage: Stage, state: State, owner: str, goal: float) -> Proposal | None:
     """Return the experiment that brings an effect's parameters to a relative standard error of `goal`, or nearest."""
-    length = screening_length(stage, [state])
+    length = screening_length(stage, state)
     begin = worst_error(stage, None, state, owner)
 
     def look(candidate: Candidate, duration: float) -> Proposal | None:
@@ -111,7 +119,7 @@ def measure(stage: Stage, state: State, owner: str, goal: float) -> Proposal | N
         return Proposal(excitation=candidate.excitation, duration_s=duration, worth=worth, distances=(left,))
 
     best = _screen(stage, [(c, look(c, length)) for c in candidate_excitations(stage.limits)])
-    return _shortest(stage, [c for c, _ in best[:REFITTED]], look)
+    return _shortest(stage, [c for c, _ in best[:TIMED]], look)
 
 
 def _screen(

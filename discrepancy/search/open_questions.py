@@ -21,7 +21,7 @@ POOR_ERROR = 0.05
 """A parameter whose relative standard error is larger counts as poorly known."""
 GOOD_ERROR = 0.03
 """What an experiment for a poorly known parameter aims at: coloured noise leaves more than is predicted."""
-MOST_RIVALS = 4
+MOST_RIVALS = 3
 SAFETY = 2.0
 """A predicted distance scatters by twice its root when it is measured: ask for more than the search does."""
 
