@@ -1,4 +1,4 @@
-"""The loop closed on the emulated rig: a first answer that leaves a question open, an experiment, and a settled answer."""
+"""The loop closed on the emulated rig: a first answer with an open question, an experiment, a settled answer."""
 
 import json
 import subprocess
