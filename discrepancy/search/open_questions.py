@@ -39,13 +39,14 @@ class _Question:
 def next_question(outcome: SearchOutcome, limits: RigLimits | None = None) -> Entry | None:
     """Return what to do next; None if nothing is open.
 
-    Equivalents come first, then poorly known parameters, then richer laws that the data leave room for.
+    Equivalents come first, then the nearest laws where the verdict is `unknown`,
+    then poorly known parameters, then richer laws that the data leave room for.
 
     Args:
         outcome: the finished search.
         limits: of the rig; None takes what the records have shown safe.
     """
-    if outcome.is_torque or len(outcome.steps) < 2:
+    if outcome.is_torque or outcome.verdict == "none":
         return None
     stage = Stage(
         template=outcome.problem.series[0],
@@ -59,7 +60,7 @@ def next_question(outcome: SearchOutcome, limits: RigLimits | None = None) -> En
         if entry is not None:
             return {**entry, **_others(measurements)}
         measurements += _without_answer(question)
-    entry = _poor_parameter(stage, outcome) or _richer_law(stage, outcome)
+    entry = _unnamed(stage, outcome) or _poor_parameter(stage, outcome) or _richer_law(stage, outcome)
     if entry is not None:
         return {**entry, **_others(measurements)}
     return _only_measurement(measurements)
@@ -130,6 +131,18 @@ def _apart(stage: Stage, rivals: Sequence[Rival], proposal: Proposal) -> str:
         for other, far in zip(rivals[1:], proposal.distances, strict=True)
     ]
     return f"refitted to what {rivals[0].name} predicts here, {', '.join(told)}"
+
+
+def _unnamed(stage: Stage, outcome: SearchOutcome) -> Entry | None:
+    """Ask about the nearest laws of the first round whose winner did not last, where something is left unnamed."""
+    if outcome.unknown is None:
+        return None
+    kept = {step.added for step in outcome.steps}
+    lost = [done for done in outcome.rounds if done.winner is None or done.winner.name not in kept]
+    for done in lost[:1]:
+        helping = [one for one in done.contenders if one.fall > SearchOptions().alarm][:MOST_RIVALS]
+        return _between(stage, [Rival(name=one.name, state=one.state) for one in helping], outcome)
+    return None
 
 
 def _poor_parameter(stage: Stage, outcome: SearchOutcome) -> Entry | None:
