@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from discrepancy.design.limits import RigLimits
 from discrepancy.effects.spec import Port
 from discrepancy.effects.table import EFFECTS
 from discrepancy.evaluate import Curve, Scorer, score_curves
 from discrepancy.fitting.parameters import BASE, NUISANCES
 from discrepancy.locate import Place
 from discrepancy.model.schema import BASE_SLOTS, EffectTerm, JointModel, Quantity
-from discrepancy.next_experiment import RigLimits
 from discrepancy.report.detectable import detectable_effects
 from discrepancy.report.law import LawMaker
 from discrepancy.report.pictures import Detectable, Pictures
@@ -213,14 +213,6 @@ def rejected_candidates(outcome: SearchOutcome, options: SearchOptions) -> tuple
     return tuple(found)
 
 
-def rig_limits(outcome: SearchOutcome) -> RigLimits:
-    """Return limits that the training records themselves have shown to be safe."""
-    series = outcome.problem.series
-    travel = max((float(np.ptp(one.angle)) for one in series if one.angle.size), default=0.0)
-    amplitude = max(float(np.max(np.abs(one.input))) for one in series)
-    return RigLimits(amplitude=amplitude, travel=2.0 * travel if travel > 0.0 else np.inf)
-
-
 def nameless(
     term: SplineTerm, scorer: Scorer, floor: dict[str, float], judged: Sequence[str]
 ) -> NamelessTerm:
@@ -230,9 +222,20 @@ def nameless(
 
 
 def assemble(
-    model: JointModel, outcome: SearchOutcome, scorer: Scorer, floor: dict[str, float], notes: Sequence[str]
+    model: JointModel,
+    outcome: SearchOutcome,
+    scorer: Scorer,
+    rest: tuple[dict[str, float], Sequence[str], RigLimits | None],
 ) -> GapResult:
-    """Return the answer."""
+    """Return the answer.
+
+    Args:
+        model: as the question named it.
+        outcome: the finished search.
+        scorer: judges a model on the records.
+        rest: noise floor by output, notes for the user, and limits of the rig if it is known.
+    """
+    floor, notes, limits = rest
     scored = [
         Scored(train=scorer.train(step.state.fit.vector), test=scorer.test(step.state.fit.vector))
         for step in outcome.steps
@@ -265,7 +268,7 @@ def assemble(
         gap_after=total_gap(steps[-1].test, judged),
         noise_floor=floor,
         steps=tuple(steps),
-        next_experiment=next_question(outcome, rig_limits(outcome)),
+        next_experiment=next_question(outcome, limits),
         base_model=model,
         model=new,
         rejected=rejected_candidates(outcome, SearchOptions()),

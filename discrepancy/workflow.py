@@ -14,6 +14,7 @@ from discrepancy.data.identifiable import hold_unidentified
 from discrepancy.data.ranges import find_waves, signal_ranges
 from discrepancy.data.repeats import find_repeats, merge_repeats
 from discrepancy.data.series import CURRENT, SPEED, TORQUE, Series, bin_series, cut_windows, read_series
+from discrepancy.design.limits import RigLimits
 from discrepancy.effects.spec import Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.errors import GapInputError
@@ -59,11 +60,13 @@ class GapOptions:
         search: decision limits.
         torque: limits of judging by torque.
         executor: where candidate fits run; None means in this process, one after the other.
+        limits: what a proposed experiment may do to the rig; None takes what the records have shown safe.
     """
 
     search: SearchOptions = field(default_factory=SearchOptions)
     torque: TorqueLimits = field(default_factory=TorqueLimits)
     executor: Executor | None = None
+    limits: RigLimits | None = None
 
 
 def run_gap(
@@ -95,7 +98,7 @@ def run_gap(
     if not any(channel.row == SPEED for channel in train[0].channels):
         outcome = refine_free_run(outcome, [bin_series(one, prepared.factor) for one in train])
     floor = noise_floor(train, outcome.problem, prepared.factor)
-    return assemble(model, outcome, simulation_scorer(train, test), floor, notes)
+    return assemble(model, outcome, simulation_scorer(train, test), (floor, notes, chosen.limits))
 
 
 def _run_torque(
@@ -119,7 +122,7 @@ def _run_torque(
     )
     outcome = search(prepared.problem, prepared.state, prepared.ranges, limits, prepared.context, names)
     scorer = torque_scorer(model, train, test)
-    return assemble(model, outcome, scorer, prepared.noise_floor, notes)
+    return assemble(model, outcome, scorer, (prepared.noise_floor, notes, chosen.limits))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -182,7 +182,7 @@ def change_words(result: GapResult) -> Iterator[str]:
 def experiment_words(result: GapResult) -> str | None:
     """Return what to measure next, None where nothing is open."""
     plan = result.next_experiment
-    if plan is None:
+    if plan is None or not plan["excitation"]:
         return None
     excitation = plan["excitation"]
     settings = ", ".join(_setting(k, v) for k, v in excitation.items() if k != "kind")
@@ -191,8 +191,18 @@ def experiment_words(result: GapResult) -> str | None:
     return f"{excitation['kind']}, {settings}, for {plan['duration_s']:g} s, {aim}"
 
 
+def measurement_words(result: GapResult) -> Iterator[str]:
+    """Yield which other measurement would settle what no excitation does."""
+    plan = result.next_experiment or {}
+    for one in plan.get("other_measurements", ()):
+        names = join_words([called(name) for name in one["separates"]], "from")
+        yield f"no motion tells {names}: {one['measurement']}"
+
+
 def _setting(key: str, value: object) -> str:
     name, _, unit = key.rpartition("_")
+    if isinstance(value, list):
+        return f"{len(value)} {name.replace('_', ' ')} up to {numbers.trimmed(max(map(abs, value)))} {unit}"
     shown = numbers.trimmed(value) if isinstance(value, float) else str(value)
     if name and unit in ("A", "s", "Hz"):
         return f"{name.replace('_', ' ')} {shown} {unit}"

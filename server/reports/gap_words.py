@@ -19,6 +19,7 @@ def describe_gap(analysis: GapAnalysis) -> Iterator[str]:
     yield from _figures(result)
     yield from (f"note: {note}" for note in (*result.notes, *sentences.floor_doubts(result)))
     plan = sentences.experiment_words(result)
+    yield from (f"what would tell more: {line}" for line in sentences.measurement_words(result))
     if plan is not None and result.next_experiment is not None:
         yield f"next experiment: {plan} ({result.next_experiment['why']})"
         yield f"  play it: jointscope run {analysis.experiment} --rig RIG.yaml"

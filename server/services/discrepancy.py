@@ -11,10 +11,12 @@ from daq.errors import RecordingError
 from daq.recording.derived_speed import SPEED_OF, with_speed
 from daq.recording.recording import Recording, cut
 from daq.recording.timebase import analyse_time_base, to_uniform
+from server.config.rig import Rig
 from server.errors import InputError, InputLocation
 from server.services.dataset import driven_span
 from server.services.exchange import open_recording
 from server.services.executors import open_executor
+from server.services.rehearsal import LONGEST_S, design_limits
 from server.services.workers import hold_one_thread
 
 if TYPE_CHECKING:
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
     from discrepancy.result import GapResult
 
 ANSWER_NAMES = ("gap.json", "model.yaml", "report.html")
-EXPERIMENT_NAME = "next_experiment.yaml"
+EXPERIMENT_NAME = "next_campaign.yaml"
 WORKFLOW = "discrepancy.workflow"
 
 
@@ -37,6 +39,8 @@ class GapRequest:
         jobs: processes for the candidate fits; None takes one for each core.
         cluster: address of a Dask scheduler that does them instead; None stays on this machine.
         stop: set it to give up between two fits.
+        rig: rig whose limits a proposed experiment keeps to; None takes what the recordings have shown safe.
+        longest_s: longest record that may be proposed.
     """
 
     model: Path
@@ -45,6 +49,8 @@ class GapRequest:
     jobs: int | None = None
     cluster: str | None = None
     stop: threading.Event = field(default_factory=threading.Event)
+    rig: Rig | None = None
+    longest_s: float = LONGEST_S
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -145,7 +151,8 @@ def analyse(
     tell(f"recalibrating {model.name}, then trying every effect of the catalogue")
     names = _labels("train", request.train) | _labels("test", request.test)
     try:
-        result = run_gap(model, train, test, GapOptions(executor=executor))
+        limits = None if request.rig is None else design_limits(request.rig, request.longest_s)
+        result = run_gap(model, train, test, GapOptions(executor=executor, limits=limits))
     except GapInputError as error:
         raise InputError(_with_names(str(error), names)) from error
     result = result.with_names(names)
@@ -176,16 +183,15 @@ def _with_names(text: str, names: dict[str, str]) -> str:
 
 
 def _write_experiment(result: "GapResult", out: Path) -> Path | None:
-    """Write the proposed experiment as a campaign that `jointscope run` plays; None where nothing is open."""
+    """Write the proposed experiment as a campaign that `jointscope run` plays; None where no current would help."""
     import yaml
 
-    from discrepancy.next_experiment import campaign
+    from discrepancy.design.campaign import campaign
 
     path = out / EXPERIMENT_NAME
     path.unlink(missing_ok=True)
-    if result.next_experiment is None:
+    if result.next_experiment is None or not result.next_experiment["excitation"]:
         return None
-    content = campaign(result.next_experiment, "")
-    del content["rig"]  # given with --rig
+    content = campaign(result.next_experiment)
     path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
     return path

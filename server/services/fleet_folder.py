@@ -40,7 +40,7 @@ class FleetFolder:
         folder = self._folder / joint.joint
         folder.mkdir(exist_ok=True)
         (folder / ENTRY_NAME).unlink(missing_ok=True)
-        for name in {"gap.json", "model.yaml", "report.html", "next_experiment.yaml"} - answer.files.keys():
+        for name in {"gap.json", "model.yaml", "report.html", "next_campaign.yaml"} - answer.files.keys():
             (folder / name).unlink(missing_ok=True)
         for name, content in answer.files.items():
             (folder / name).write_bytes(content)

@@ -1,4 +1,4 @@
-"""The parts of the workflow: noise, repeats, cleaning, location, the next experiment, fanning out."""
+"""The parts of the workflow: noise, repeats, cleaning, location, fanning out."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -16,11 +16,9 @@ from discrepancy.effects.spec import Port
 from discrepancy.fitting.noise import fit_whitener, high_band_sigma
 from discrepancy.locate import locate
 from discrepancy.model.schema import JointModel
-from discrepancy.next_experiment import RigLimits, campaign, candidate_excitations, propose_between
 from discrepancy.search.greedy import fit_all
 from discrepancy.search.noise import residual_parts
 from discrepancy.search.options import SearchOptions
-from discrepancy.search.state import polish, scan_effect
 from discrepancy.simulation import slots as s
 from discrepancy.workflow import Prepared, prepare_simulation
 from tests.discrepancy.recorder import make_recording
@@ -69,30 +67,6 @@ def test_dry_friction_is_located_at_the_torque_over_the_speed(nameplate: JointMo
     places = locate(prepared.problem.series, parts, prepared.state.fit.vector, column_names(nameplate))
     assert (places[0].port, places[0].driver) == (Port.TORQUE, "speed_rad_s")
     assert places[0].share > 0.5
-
-
-def test_proposed_experiment_is_a_campaign_inside_the_limits(nameplate: JointModel) -> None:
-    prepared = _prepared(nameplate)
-    rivals = [
-        polish(
-            prepared.problem,
-            scan_effect(prepared.problem, prepared.state, name, prepared.ranges),
-            prepared.ranges,
-        )
-        for name in ("coulomb_friction", "inverter_dead_time")
-    ]
-    template = prepared.problem.series[0]
-    entry = propose_between(template, rivals, ["a", "b"], 0.01, RigLimits(amplitude=0.8))
-    assert entry is not None
-    assert entry["excitation"]["amplitude_A"] <= 0.8
-    assert campaign(entry, "rig.yaml")["steps"][0]["record"]["excitation"]["kind"] in {
-        "sine",
-        "trapezoid",
-        "chirp",
-    }
-    assert all(
-        np.max(np.abs(p.waveform)) <= 0.8 + 1e-9 for p in candidate_excitations(RigLimits(amplitude=0.8))
-    )
 
 
 @pytest.mark.slow

@@ -23,7 +23,7 @@ NAMED = {
     "parameter_changes": {"inertia": [0.5, 0.6]}, "gap_before": 0.2, "gap_after": 0.01, "gap_closed": 0.95,
     "open_question": True, "notes": ["2 holes"], "cpu_s": 4.0,
 }  # fmt: skip
-FILES = dict.fromkeys(("gap.json", "model.yaml", "report.html", "next_experiment.yaml"), b"x")
+FILES = dict.fromkeys(("gap.json", "model.yaml", "report.html", "next_campaign.yaml"), b"x")
 
 
 def answers(folder: Path) -> dict[str, Any]:

@@ -71,7 +71,7 @@ def test_gap_writes_its_answer_and_says_it(
     assert f"report: {out / 'report.html'}" in printed
     assert (out / "report.html").stat().st_size > 1_000_000  # it carries its own drawing library
     assert read_joint_model(out / "model.yaml").version == 2
-    experiment = out / "next_experiment.yaml"
+    experiment = out / "next_campaign.yaml"
     assert experiment.exists() == (answer["next_experiment"] is not None)
     if experiment.exists():
         assert load_model(experiment, Campaign).rig is None
@@ -211,14 +211,14 @@ def gap_result(verdict: str = "named") -> GapResult:
 
 
 def test_the_answer_is_told_in_plain_words() -> None:
-    analysis = GapAnalysis(result=gap_result(), folder=Path("o"), experiment=Path("o/next_experiment.yaml"))
+    analysis = GapAnalysis(result=gap_result(), folder=Path("o"), experiment=Path("o/next_campaign.yaml"))
     told = "\n".join(describe_gap(analysis))
     assert "+ coulomb_friction: level 0.1500 ± 0.0010 N m" in told
     assert "cannot tell it from: a with b (a together with b); c (c)" in told
     assert "inertia is 0.600 ± 0.010 kg m², not 0.5000 kg m² as on the nameplate" in told
     assert "speed: gap 0.0995 rad/s (20.0 % of the signal) before" in told
     assert "95.0 % of the gap is closed" in told
-    assert "jointscope run o/next_experiment.yaml --rig RIG.yaml" in told
+    assert "jointscope run o/next_campaign.yaml --rig RIG.yaml" in told
 
 
 def test_a_pool_tells_nothing_in_its_first_seconds_and_takes_nothing_after_a_stop() -> None:

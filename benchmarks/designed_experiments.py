@@ -1,0 +1,240 @@
+"""Rig time until the answer is certain: designed experiments against random ones of the same family and length.
+
+Each case hides one effect in the emulated controller's physics (without its pseudo-terminal, for speed), beside what a
+first recording session has: a sine of 0.5 A for 10 s, played twice, and a test record. Both arms then play one record
+after the other and ask again after each: the designed arm plays what the answer proposes, the random arm a draw from
+the same list of candidates, as long as the designed arm's record of that round, both under the same limits. An answer
+is certain when it names the hidden effect and nothing else, declares no equivalents but those with the same equations,
+and knows every parameter to a standard error below 5 %. An answer that is not certain and proposes nothing makes the
+designed arm play a random record too. After BUDGET_S the time counts as BUDGET_S.
+
+The seeds stand here since before anything was run on them; those from 31,000,000 are spent.
+Finished cases are kept in OUT and skipped by the next call.
+
+Run: python -m benchmarks.designed_experiments OUT [SECONDS [FIRST_SEED]]   (SECONDS of CPU after which no further case
+begins; another first seed to develop on)
+"""
+
+import json
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter
+
+from benchmarks.blind.draw import draw_parameters
+from benchmarks.blind.excitation import TICK_S, rich, sine
+from benchmarks.blind.rig import UnusableRunError, play
+from daq.excitation.waveform import sample_reference
+from daq.recording.recording import Recording, recording_from_columns
+from discrepancy.design.excitations import RAMP_S, candidate_excitations
+from discrepancy.design.limits import RigLimits
+from discrepancy.model.reader import read_model
+from discrepancy.model.schema import Quantity
+from discrepancy.result import GapResult
+from discrepancy.search.greedy import exact_equivalents
+from discrepancy.workflow import GapOptions, run_gap
+from mock_dsp.scenario.schema import Effect, Scenario
+from server.config.excitation import Excitation
+from server.services.loading import load_rig
+from server.services.rehearsal import design_limits
+
+ROOT = Path(__file__).parents[1]
+FIRST_SEED = 32_000_000
+SEEDS = 3
+EFFECTS = {
+    "stribeck_friction": 0.3,
+    "load_dependent_friction": 0.5,
+    "torque_ripple": 1.0,
+    "asymmetric_viscous_friction": 0.3,
+    "quadratic_drag": 0.3,
+    "gravity_unbalance": 0.3,
+    "viscous_friction_drift": 1.0,
+    "speed_filter_lag": 0.3,
+}
+"""Hidden effects and the part of the drawn strength: weak enough that the first session leaves something open."""
+SESSION_S = 10.0
+SESSION_SHARE = 0.625
+BUDGET_S = 80.0
+CERTAIN = 0.05
+BOOTSTRAP = 2000
+
+Words = Mapping[str, Any]  # Any: values of a campaign's keys
+FloatArray = NDArray[np.float64]
+
+
+class Case:
+    """One hidden effect with its rig, and the records that have been played on it."""
+
+    def __init__(self, name: str, seed: int, limits: RigLimits) -> None:
+        self.name, self.limits = name, limits
+        generator = np.random.default_rng(seed)
+        self.effect = Effect(id=name, parameters=draw_parameters(name, generator, EFFECTS[name]))
+        self.generator = generator
+        self.noise = seed
+        n = round(SESSION_S / TICK_S)
+        self.first = [self.record(SESSION_SHARE * sine()[:n]) for _ in range(2)]
+        self.test = self.record(rich(np.random.default_rng(seed + 1))[: 2 * n])
+
+    def record(self, reference: FloatArray) -> Recording:
+        """Play a reference on the hidden rig; sensor noise is new in every record."""
+        self.noise += 1
+        scenario = Scenario(name="hidden", seed=self.noise, effects=(self.effect,), sealed=True)
+        return recording_from_columns(play(scenario, reference).columns, sample_time_s=TICK_S)
+
+    def draw(self, duration_s: float) -> Recording:
+        """Play a random candidate that the rig takes."""
+        candidates = candidate_excitations(self.limits)
+        while True:
+            one = candidates[int(self.generator.integers(len(candidates)))]
+            excitation = {**one.excitation, "ramp_s": RAMP_S}
+            if not self.limits.allows(excitation, duration_s):
+                continue
+            try:
+                return self.record(reference(excitation, duration_s))
+            except UnusableRunError:
+                continue
+
+    def ask(self, extra: list[Recording]) -> GapResult:
+        """Return the answer to all records so far."""
+        model = read_model(ROOT / "config" / "models" / "joint1.yaml")
+        result = run_gap(model, [*self.first, *extra], [self.test], GapOptions(limits=self.limits))
+        told = [f"{q.std / abs(q.value):.1%}" for q in _free(result) if q.std is not None and q.value]
+        print(
+            "  ", len(extra), result.verdict, *result.effects, result.steps[-1].equivalents, *told, flush=True
+        )
+        return result
+
+
+def reference(words: Words, duration_s: float) -> FloatArray:
+    """Return the current that the controller would play, A at every tick."""
+    spec = TypeAdapter(Excitation).validate_python(dict(words)).to_spec(duration_s)
+    return sample_reference(spec, np.arange(round(duration_s / TICK_S)), round(1.0 / TICK_S))
+
+
+def certain(result: GapResult, name: str) -> bool:
+    """Return whether the answer is the hidden effect alone, every parameter known."""
+    if result.verdict != "named" or result.effects != (name,):
+        return False
+    step = result.steps[-1]
+    if set(step.equivalents) - set(exact_equivalents(result.effects)):
+        return False
+    return all((q.std or 0.0) <= CERTAIN * abs(q.value) for q in _free(result))
+
+
+def _free(result: GapResult) -> list[Quantity]:
+    return [q for q in result.steps[-1].parameters.values() if not q.fixed and q.std is not None]
+
+
+def run_case(name: str, seed: int, limits: RigLimits) -> dict[str, Any] | None:
+    """Return rig time of both arms and what they played; None if the first session is already certain."""
+    designed = Case(name, seed, limits)
+    first = designed.ask([])
+    if certain(first, name):
+        return None
+    told: dict[str, Any] = {"effect": name, "seed": seed, "first": [first.verdict, *first.effects]}
+    lengths = _designed_arm(designed, first, told)
+    _random_arm(Case(name, seed, limits), lengths, told)
+    return told
+
+
+def _designed_arm(case: Case, result: GapResult, told: dict[str, Any]) -> list[float]:
+    records: list[Recording] = []
+    lengths: list[float] = []
+    played: list[str] = []
+    while not certain(result, case.name) and sum(lengths) < BUDGET_S:
+        entry = result.next_experiment
+        excitation = {} if entry is None else entry["excitation"]
+        duration = float(entry["duration_s"]) if entry is not None and excitation else 20.0
+        duration = min(duration, BUDGET_S - sum(lengths))
+        records.append(_played(case, excitation, duration))
+        lengths.append(duration)
+        played.append(str(excitation.get("kind", "random")))
+        result = case.ask(records)
+    told["designed"] = {
+        "s": sum(lengths),
+        "certain": certain(result, case.name),
+        "played": played,
+        "lengths": lengths,
+    }
+    return lengths
+
+
+def _played(case: Case, excitation: Words, duration_s: float) -> Recording:
+    if not excitation:
+        return case.draw(duration_s)
+    try:
+        return case.record(reference(excitation, duration_s))
+    except (
+        UnusableRunError
+    ):  # the hidden effect moves the joint further than the rivals predict: the rig trips
+        return case.draw(duration_s)
+
+
+def _random_arm(case: Case, lengths: list[float], told: dict[str, Any]) -> None:
+    records: list[Recording] = []
+    spent, done = 0.0, False
+    while not done and spent < BUDGET_S:
+        turn = len(records)
+        duration = min(lengths[min(turn, len(lengths) - 1)], BUDGET_S - spent)
+        records.append(case.draw(duration))
+        spent += duration
+        done = certain(case.ask(records), case.name)
+    told["random"] = {"s": spent, "certain": done, "records": len(records)}
+
+
+def summarise(cases: list[dict[str, Any]]) -> list[str]:
+    """Return the table and the median ratio with its bootstrap interval."""
+    lines = ["| hidden | seed | first answer | designed s | random s | played |", "|---|---|---|---|---|---|"]
+    for one in cases:
+        d, r = one["designed"], one["random"]
+        first = " ".join(one["first"])
+        lines.append(
+            f"| {one['effect']} | {one['seed']} | {first} | {_time(d)} | {_time(r)} | {', '.join(d['played'])} |"
+        )
+    ratios = np.array([one["designed"]["s"] / one["random"]["s"] for one in cases])
+    if ratios.size:
+        draws = np.random.default_rng(0).choice(ratios, size=(BOOTSTRAP, ratios.size))
+        low, high = np.quantile(np.median(draws, axis=1), [0.025, 0.975])
+        totals = [sum(one[arm]["s"] for one in cases) for arm in ("designed", "random")]
+        lines.append(
+            f"median ratio {np.median(ratios):.2f} (95 % {low:.2f} to {high:.2f}), {ratios.size} cases"
+        )
+        lines.append(f"rig time in all: designed {totals[0]:g} s, random {totals[1]:g} s")
+    return lines
+
+
+def _time(arm: Words) -> str:
+    return f"{arm['s']:g}" if arm["certain"] else f"> {arm['s']:g}"
+
+
+def main(out: Path, most_s: float, first_seed: int = FIRST_SEED) -> None:
+    """Run what is not finished and print the table."""
+    out.mkdir(parents=True, exist_ok=True)
+    limits = design_limits(load_rig(ROOT / "config" / "rigs" / "emulated.yaml"))
+    for k in range(SEEDS):
+        for j, name in enumerate(EFFECTS):
+            seed = first_seed + 1000 * j + 100 * k
+            path = out / f"{name}-{seed}.json"
+            if path.exists() or time.process_time() > most_s:
+                continue
+            path.write_text(json.dumps(run_case(name, seed, limits)), encoding="utf-8")
+            print(path.name, f"{time.process_time():.0f} s CPU", flush=True)
+    answers = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(out.glob("*.json"))]
+    print("\n".join(summarise([one for one in answers if one is not None])))
+    print(
+        f"{sum(one is None for one in answers)} of {len(answers)} cases were certain after the first session"
+    )
+
+
+if __name__ == "__main__":
+    given = sys.argv[2:]
+    main(
+        Path(sys.argv[1]),
+        float(given[0]) if given else float("inf"),
+        int(given[1]) if len(given) > 1 else FIRST_SEED,
+    )

@@ -1,0 +1,1 @@
+"""Which experiment would settle what a search has left open."""
