@@ -58,7 +58,7 @@ def test_pages_go_on(service: Service) -> None:
         ("parameters: {inertia: .nan}", "not readable"),
         ('name: "\\ud800"\nparameters: {inertia: 1}', "not readable"),
         ("parameters: {inertia: 1}\nversion: .inf", "not readable"),
-        ("parameters: {inertia: 1}\nlineage: 5", "int"),
+        ("parameters: {inertia: 1}\nlineage: 5", "a list is needed"),
         (f"name: {'a' * 121}\nparameters: {{inertia: 1}}", "name: 1..120 characters"),
         (b"\xff", "not readable"),
         (b"", "a model file is a mapping"),
