@@ -1,9 +1,14 @@
 """Fixtures shared by all tests: leftover threads fail the test that left them."""
 
+import sys
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
+
+# A plain `pytest` does not put the project's root on the path; `tests.*`, `benchmarks` and `examples` are found there.
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 pytest_plugins = [
     "pytester"

@@ -35,7 +35,7 @@ POTENTIOMETER_NONLINEARITY = Effect(
             slot=s.POT_WAVE,
             kind=Kind.WAVE,
             lower=0.005,
-            upper=100.0,
+            upper=12.0,
             meaning="periods per rad of travel",
             logarithmic=True,
         ),

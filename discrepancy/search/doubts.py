@@ -46,7 +46,7 @@ def find_doubt(
     material = context.material(options, state.present)
 
     def admits(found: Judgement, size: int, least: float) -> bool:
-        return found.fall > options.alarm + options.per_parameter * size and found.closed > least
+        return found.fall > context.alarm(options) + options.per_parameter * size and found.closed > least
 
     own = {EFFECTS[name].driver for name in state.present}
 
@@ -63,7 +63,7 @@ def find_doubt(
         effect = EFFECTS[parameter.owner]
         judged = bench.judge(bench.sharp.jacobian[:, [i]], bench.state.fit.jacobian[:, [i]], (i,))
         unseen = effect.limits is not None and parameter.name in effect.limits(ranges)
-        if admits(judged, 1, material) or (unseen and judged.fall > options.alarm):
+        if admits(judged, 1, material) or (unseen and judged.fall > context.alarm(options)):
             return Place(port=effect.port, driver=effect.driver, region=None, share=share_of(bench, judged))
     if context.repeat_noise is not None and curves:
         left = bench.excess

@@ -241,6 +241,11 @@ class Context:
     gap: float = 0.0
     pairs: tuple[Pair, ...] = ()
 
+    def alarm(self, options: SearchOptions) -> float:
+        """Return the least fall of the held-out loss; noise read off the residual itself is trusted less."""
+        unsure = self.repeat_noise is None and self.scout is not None
+        return options.alarm * (options.unsure if unsure else 1.0)
+
     def material(self, options: SearchOptions, present: Sequence[str]) -> float:
         """Return the least closed gap that counts, in units of one sample's noise."""
         chaotic = any(EFFECTS[name].chaotic for name in present)
@@ -279,7 +284,7 @@ def choose(
     passing = [
         c
         for c in judged
-        if c.fall > options.alarm + options.per_parameter * own_size(c)
+        if c.fall > context.alarm(options) + options.per_parameter * own_size(c)
         and c.closed > max(least, _least_to_replace(c, state, options, context))
         and c.part > part
         and c.white_loss < (1.0 - options.material_rms) ** 2 * state.fit.loss
@@ -318,7 +323,7 @@ def equivalents_of(
     for rival in judged:
         if (
             rival.name == winner.name
-            or rival.fall <= options.alarm
+            or rival.fall <= context.alarm(options)
             or winner.name in EFFECTS[rival.name].contains
         ):
             continue

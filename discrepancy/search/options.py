@@ -11,6 +11,8 @@ class SearchOptions:
         alarm: least fall of the held-out loss, in noise variances, for an effect to enter. A search tries about 80
             starts;
             the 99.9 % quantile of the largest of 80 chi-square numbers with three degrees of freedom is about 28.
+        unsure: the alarm is so many times higher where no repeats or periods show the noise: a whitening filter that
+            was fitted to the residual of the best candidate flatters it.
         per_parameter: further fall asked for each parameter of an effect (log of the number of independent samples).
         material_noise: least closed gap in units of the noise of one sample; below it nobody could see the effect.
         material_signal: the same in units of the output's standard deviation: no rigid-body model of sampled data is
@@ -32,6 +34,7 @@ class SearchOptions:
     """
 
     alarm: float = 30.0
+    unsure: float = 3.0
     per_parameter: float = 8.0
     material_noise: float = 0.08
     material_signal: float = 0.003

@@ -73,7 +73,7 @@ def _earned(
     closed = float(np.sqrt(max(0.0, state.fit.loss - both.white_loss) / problem.counted / context.bin_size))
     left = _excess(problem, state.fit.loss, context)
     return (
-        fall > options.alarm + PAIR_ALARM + options.per_parameter * (pair.size - state.size)
+        fall > context.alarm(options) + PAIR_ALARM + options.per_parameter * (pair.size - state.size)
         and closed > max(context.material(options, state.present), PAIR_PART * left)
         and both.white_loss < (1.0 - options.material_rms) ** 2 * state.fit.loss
     )
