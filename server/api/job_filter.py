@@ -4,6 +4,7 @@ from typing import Annotated
 
 from fastapi import Depends, Query
 
+from server.api.schemas.jobs import JOB_ID_PATTERN
 from server.services.jobs.ledger import JobFilter
 from server.services.jobs.machine import JobState
 
@@ -14,7 +15,9 @@ def read_filter(
     rig: _Text = None,
     state: JobState | None = None,
     name: _Text = None,
-    before: Annotated[str | None, Query(max_length=40, description="Continue after this id.")] = None,
+    before: Annotated[
+        str | None, Query(pattern=JOB_ID_PATTERN, description="Continue after this id: `next_before`.")
+    ] = None,
     limit: Annotated[int, Query(ge=1, le=500)] = 50,
 ) -> JobFilter:
     """Return which jobs are asked for."""

@@ -1,10 +1,12 @@
 """Recordings: list, samples, upload, download, deletion with a period of grace."""
 
+import re
 from datetime import datetime
 from typing import Annotated
 
 from fastapi import APIRouter, Header, Path, Query, Request
 from fastapi.responses import FileResponse, Response
+from pydantic import BeforeValidator
 from starlette.background import BackgroundTask
 from starlette.concurrency import run_in_threadpool
 
@@ -22,6 +24,18 @@ RecordingId = Annotated[str, Path(description="The recording's id.", max_length=
 Name = Annotated[str, Query(max_length=80)]
 ColumnName = Annotated[str, Query(max_length=80, pattern=r"^[A-Za-z][A-Za-z0-9_]*$", examples=["current_A"])]
 Seconds = Annotated[float, Query(ge=-MAX_TIME_S, le=MAX_TIME_S)]
+# Year to minute; pydantic judges the rest.
+_DATE_AND_TIME = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}[Tt _][0-9]{2}:[0-9]{2}")
+
+
+def _refuse_numbers(value: object) -> object:
+    """Refuse what is no date and time: pydantic would take 0.5 for half a second after 1970."""
+    if isinstance(value, str) and not _DATE_AND_TIME.match(value):
+        raise ValueError("a date and time is needed, such as 2026-01-31T12:00:00Z")
+    return value
+
+
+Moment = Annotated[datetime, BeforeValidator(_refuse_numbers)]
 _BINARY = {"schema": {"type": "string", "format": "binary"}}
 
 
@@ -33,12 +47,15 @@ def list_recordings(  # noqa: PLR0913  # one parameter for each filter
     session: Annotated[Name | None, Query(description="Made by this session.")] = None,
     campaign: Annotated[Name | None, Query(description="Made by this campaign.")] = None,
     origin: Annotated[Name | None, Query(description="session, campaign, upload or recovered.")] = None,
-    since: Annotated[datetime | None, Query(description="Listed then or later; without a zone, UTC.")] = None,
-    until: Annotated[datetime | None, Query(description="Listed before.")] = None,
+    since: Annotated[Moment | None, Query(description="Listed then or later; without a zone, UTC.")] = None,
+    until: Annotated[Moment | None, Query(description="Listed before.")] = None,
     column: Annotated[ColumnName | None, Query(description="Has this column.")] = None,
     text: Annotated[Name | None, Query(description="Part of the name, whatever the case.")] = None,
     deleted: Annotated[bool, Query(description="List the deleted ones instead.")] = False,
-    cursor: Annotated[str | None, Query(max_length=200, description="`cursor` of the page before.")] = None,
+    cursor: Annotated[
+        str | None,
+        Query(max_length=200, pattern="^[A-Za-z0-9_-]+=*$", description="`cursor` of the page before."),
+    ] = None,
     limit: Annotated[int, Query(ge=1, le=500)] = 100,
 ) -> RecordingList:
     """List recordings, newest first."""

@@ -3,7 +3,7 @@
 from datetime import datetime
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, StrictBool
 
 from server.api.schemas.base import Answer, Request
 from server.config.campaign import StepName
@@ -13,6 +13,7 @@ from server.services.jobs.machine import Happening, JobState
 from server.services.session_spec import SessionSpec
 
 Json = dict[str, Any]  # JSON values
+JOB_ID_PATTERN = "^[0-9a-f]{32}$"
 EXCITATION = {
     "kind": "multisine",
     "amplitude_A": 0.8,
@@ -56,7 +57,7 @@ class SessionBody(RecordBody):
     delay: Annotated[int, Field(ge=1, le=50)] = 1
     layout: Literal["control", "phases", "speed"] = "control"
     divisor: Annotated[int, Field(ge=1, le=2_500)] = 1
-    centring: bool = Field(default=True, description="Hold the joint's mean position.")
+    centring: StrictBool = Field(default=True, description="Hold the joint's mean position.")
     operator: str = Field(
         default="", max_length=120, description="Who is responsible; else the token's name."
     )
@@ -190,7 +191,11 @@ class QueueAnswer(Answer):
 class QueueBody(Request):
     """A change of the queue."""
 
-    order: Annotated[list[str], Field(max_length=10_000)] | None = Field(
-        default=None, description="Ids of all waiting campaigns in their new order."
-    )
-    held: bool | None = None
+    order: (
+        Annotated[
+            list[Annotated[str, Field(pattern=JOB_ID_PATTERN)]],
+            Field(max_length=10_000, json_schema_extra={"uniqueItems": True}),
+        ]
+        | None
+    ) = Field(default=None, description="Ids of all waiting campaigns in their new order, each once.")
+    held: StrictBool | None = None

@@ -145,6 +145,14 @@ def test_a_queue_is_held_put_into_order_and_released(rested: Service) -> None:
     assert client.get(QUEUE).json() == {"rig_id": RIG, "held": False, "waiting": []}
 
 
+@pytest.mark.parametrize("body", [{"held": 0}, {"held": "yes"}, {"order": [""]}, {"order": ["0" * 32]}])
+def test_a_wrong_change_of_the_queue_is_refused(rested: Service, body: dict[str, object]) -> None:
+    client = rested.client("run")
+    before = client.get(QUEUE).json()
+    assert client.put(QUEUE, json=body).status_code == 422
+    assert client.get(QUEUE).json() == before
+
+
 def test_a_campaign_waits_while_somebody_else_holds_the_rig(rested: Service) -> None:
     client = rested.client("run")
     with rested.hold(rested.client("admin")):

@@ -259,7 +259,16 @@ def test_pages_give_every_recording_once(service: Service) -> None:
 
 
 @pytest.mark.parametrize(
-    "params", [{"cursor": "!"}, {"cursor": "bm8="}, {"since": "0001-01-01T00:00:00+14:00"}, {"column": 'a"b'}]
+    "params",
+    [
+        {"cursor": "!"},
+        {"cursor": "bm8="},
+        {"since": "0001-01-01T00:00:00+14:00"},
+        {"since": "1700000000"},
+        {"until": "0.5"},
+        {"until": "2026-01-31"},
+        {"column": 'a"b'},
+    ],
 )
 def test_a_wrong_filter_is_a_problem(service: Service, params: dict[str, str]) -> None:
     assert service.client("read").get(PATH, params=params).status_code == 422

@@ -162,6 +162,20 @@ def test_sessions_are_listed_newest_first_by_page_and_by_state(service: Service,
     assert {each["state"] for each in waiting} == {"created"}
 
 
+@pytest.mark.parametrize("before", ["", "0" * 31, "0" * 32])
+def test_a_list_continues_after_a_session_that_exists_only(service: Service, before: str) -> None:
+    answer = service.client("read").get(PATH, params={"before": before})
+    assert answer.status_code == 422
+    assert "before" in answer.text
+
+
+@pytest.mark.parametrize("value", [0, "yes", None])
+def test_centring_is_true_or_false_and_nothing_else(service: Service, value: object) -> None:
+    answer = service.client("run").post(PATH, json={**BODY, "centring": value})
+    assert answer.status_code == 422
+    assert "centring" in answer.text
+
+
 def test_a_session_is_not_started_twice(service: Service, finished: Json) -> None:
     problem = service.client("run").post(f"{PATH}/{finished['id']}/start").json()
     assert (problem["status"], problem["type"]) == (409, "/problems/conflict")
