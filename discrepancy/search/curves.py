@@ -29,6 +29,7 @@ FloatArray = NDArray[np.float64]
 _SLOPE_S = 0.01
 """The slope of the input is taken over this time."""
 _DRIFT_KNOTS = 5
+_SHAPE_RANK = 3e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -244,7 +245,8 @@ def _flat(problem: SimulationProblem, responses: list[dict[int, FloatArray]]) ->
 
 
 def _shape(knots: FloatArray, columns: FloatArray, fit: Fit) -> tuple[tuple[float, float], ...]:
+    # What the joint's own parameters could as well explain is not drawn: of all curves that fit, the flattest.
     joined = np.concatenate([columns, fit.jacobian], axis=1)
     scale = np.linalg.norm(joined, axis=0) + 1e-300
-    heights = np.linalg.lstsq(joined / scale, fit.residual, rcond=1e-9)[0] / scale
+    heights = np.linalg.lstsq(joined / scale, fit.residual, rcond=_SHAPE_RANK)[0] / scale
     return tuple((float(x), float(y)) for x, y in zip(knots, heights[: knots.size], strict=True))
