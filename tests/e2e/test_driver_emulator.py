@@ -207,6 +207,7 @@ def test_controller_that_restarts_in_mid_run_ends_it(emulate: Emulate, tmp_path:
 @pytest.mark.slow
 def test_stream_goes_on_after_the_cable_was_pulled(emulate: Emulate) -> None:
     gaps: list[GapCause] = []
+    # The cable is pulled after 12 s of the controller's time: a loaded machine must have opened the rig by then.
     with open_rig(str(emulate("interrupted", "10"))) as rig:
         rig.start_stream(StreamPlan())
         ticks = 0

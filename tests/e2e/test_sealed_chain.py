@@ -101,7 +101,7 @@ def is_right(answer: dict[str, object], hidden: list[str]) -> bool:
     shown = [name for name in hidden if EFFECTS[name].port is not Port.CURRENT]
     named: set[str] = set()
     for step in answer["steps"]:  # type: ignore[attr-defined]  # JSON
-        for each in [step["added"], *step["equivalents"]]:
+        for each in [step["added"] or "", *step["equivalents"]]:
             named |= {each} if isinstance(each, str) else set(each)
     # A gain of the current sensor and the torque constant are one number: a corrected nameplate says the same.
     if answer["parameter_changes"]:
