@@ -1,6 +1,7 @@
 """The driver against the emulated controller's process, over a pseudo-terminal."""
 
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -208,15 +209,15 @@ def test_controller_that_restarts_in_mid_run_ends_it(emulate: Emulate, tmp_path:
 def test_stream_goes_on_after_the_cable_was_pulled(emulate: Emulate) -> None:
     gaps: list[GapCause] = []
     # The cable is pulled after 12 s of the controller's time: a loaded machine must have opened the rig by then.
-    with open_rig(str(emulate("interrupted", "10"))) as rig:
+    with open_rig(str(emulate("interrupted", "5"))) as rig:
         rig.start_stream(StreamPlan())
         ticks = 0
-        for _ in range(600):
+        # As many calls as it takes: how many blocks one of them returns depends on the machine.
+        deadline_s = time.monotonic() + 60.0
+        while ticks <= 20 * 2500 and time.monotonic() < deadline_s:
             for block in rig.next_blocks(0.1):
                 gaps.extend(gap.cause for gap in block.gaps)
                 ticks = int(block.ticks[-1]) if block.ticks.size else ticks
-            if ticks > 20 * 2500:
-                break
         assert rig.reboots == 0
         assert rig.armed is False
     assert GapCause.RECONNECT in gaps
