@@ -31,9 +31,9 @@ from discrepancy.fitting.parameters import (
 from discrepancy.fitting.problem import COARSE_STEP_ANGLE, Noise, SimulationProblem
 from discrepancy.model.schema import BASE_SLOTS, InputHold, JointModel, Judge
 from discrepancy.result import GapResult
+from discrepancy.search.context import Context
 from discrepancy.search.finish import search
 from discrepancy.search.free_run import refine_free_run
-from discrepancy.search.greedy import Context
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import State, with_best_smoothing

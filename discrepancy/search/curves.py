@@ -18,7 +18,7 @@ from discrepancy.effects.spec import Port, Ranges
 from discrepancy.fitting.levenberg import Fit, project_starts
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, hat_basis, region_of, spread_knots
-from discrepancy.search.greedy import Context
+from discrepancy.search.context import Context
 from discrepancy.search.judge import held_out
 from discrepancy.search.noise import noise_beside
 from discrepancy.search.state import State, refit

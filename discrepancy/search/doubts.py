@@ -19,8 +19,8 @@ from discrepancy.fitting.levenberg import Fit
 from discrepancy.fitting.parameters import BASE
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place
+from discrepancy.search.context import Context
 from discrepancy.search.curves import Curve, Judgement, called, judge_curves, make_bench, share_of
-from discrepancy.search.greedy import Context
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import State
 

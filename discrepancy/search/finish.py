@@ -10,9 +10,10 @@ from discrepancy.effects.spec import Port, Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
+from discrepancy.search.context import Context
 from discrepancy.search.curves import Bench, called, judge_curves, make_bench
 from discrepancy.search.doubts import find_doubt
-from discrepancy.search.greedy import Context, Equivalent, Round, run_round
+from discrepancy.search.greedy import Equivalent, Round, run_round
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.pairs import find_pair
@@ -232,7 +233,7 @@ def prune(
     visible = replace(context, closed=closed).material(options, ())
     for name in current.added[:-1]:
         trial = refit(problem, without(current, [name]), ranges, 8)
-        lost = np.sqrt(max(0.0, trial.fit.loss - current.fit.loss) / problem.counted / context.bin_size)
+        lost = context.rms(problem, trial.fit.loss - current.fit.loss)
         if lost < visible:
             current = trial
             steps = [step for step in steps if step.added != name]
@@ -240,7 +241,7 @@ def prune(
     for name in current.added:
         for simple in EFFECTS[name].contains:
             trial = _simplified(problem, current, (name, simple), ranges)
-            lost = np.sqrt(max(0.0, trial.fit.loss - current.fit.loss) / problem.counted / context.bin_size)
+            lost = context.rms(problem, trial.fit.loss - current.fit.loss)
             if lost < visible:
                 current = trial
                 steps = [replace(st, added=simple) if st.added == name else st for st in steps]

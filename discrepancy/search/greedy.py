@@ -9,10 +9,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from discrepancy.data.repeats import Pair
 from discrepancy.effects.spec import Ranges
 from discrepancy.effects.table import EFFECTS
-from discrepancy.fitting.problem import Noise, SimulationProblem
+from discrepancy.fitting.problem import SimulationProblem
+from discrepancy.search.context import Context
 from discrepancy.search.judge import held_out
 from discrepancy.search.noise import noise_beside
 from discrepancy.search.options import SearchOptions
@@ -24,6 +24,7 @@ B = TypeVar("B")
 FAR = 9.0
 """Candidates whose loss is this multiple of the best one's cannot win under any noise model."""
 OVERWHELMING = 0.5
+"""A law comes first whatever its held-out loss if it leaves less than this part of what any other leaves."""
 WORTH = 0.9
 """A law is a start for richer ones if it leaves less than this part of the squared error."""
 
@@ -81,7 +82,7 @@ def fan_out(executor: Executor | None, function: Callable[[A], B], items: Sequen
 
 
 def run_round(
-    problem: SimulationProblem, state: State, ranges: Ranges, options: SearchOptions, context: "Context"
+    problem: SimulationProblem, state: State, ranges: Ranges, options: SearchOptions, context: Context
 ) -> Round:
     """Fit every effect on top of `state` and choose.
 
@@ -111,7 +112,7 @@ def _judge(
     problem: SimulationProblem,
     state: State,
     contenders: Sequence[Contender],
-    rest: tuple[Ranges, SearchOptions, "Context"],
+    rest: tuple[Ranges, SearchOptions, Context],
 ) -> Round:
     """Judge the best contenders on held-out blocks, in the noise that the best of them leaves (or repeats show)."""
     ranges, options, context = rest
@@ -125,11 +126,10 @@ def _judge(
     reference = held_out(sharp, before.fit).loss / unit
     judged = []
     for contender, one in zip(finalists, again, strict=True):
-        gained = max(0.0, state.fit.loss - contender.white_loss)
-        closed = np.sqrt(gained / problem.counted / context.bin_size)
+        closed = context.rms(problem, state.fit.loss - contender.white_loss)
         fall = reference - held_out(sharp, one.fit).loss / unit
         part = closed_part(problem, state, contender.state)
-        judged.append(replace(contender, state=one, fall=float(fall), closed=float(closed), part=part))
+        judged.append(replace(contender, state=one, fall=float(fall), closed=closed, part=part))
     judged = _ranked(judged, problem.rows, options)
     winner = choose(judged, options, (state, context))
     others = () if winner is None else equivalents_of(winner, judged, options, context)
@@ -170,7 +170,7 @@ def _ranked(judged: Sequence[Contender], rows: float, options: SearchOptions) ->
 
 
 def fit_all(
-    problem: SimulationProblem, state: State, ranges: Ranges, options: SearchOptions, context: "Context"
+    problem: SimulationProblem, state: State, ranges: Ranges, options: SearchOptions, context: Context
 ) -> list[Contender]:
     """Fit every candidate, best first.
 
@@ -216,43 +216,6 @@ def _scan_richer(problem: SimulationProblem, ranges: Ranges, pair: tuple[State, 
     return scan_effect(problem, *pair, ranges)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Context:
-    """What a round needs besides data and model.
-
-    Attributes:
-        repeat_noise: noise model that repeats show, None without repeats.
-        bin_size: variance of one sample over that of a bin (the number of samples in it for white noise).
-        excluded: effects that this way of judging cannot see, or that a free parameter already is.
-        closed: what earlier rounds have closed, rms in units of one sample's noise.
-        scout: the same records in coarser samples, on which starts are tried.
-        signal: standard deviation of the output in units of one sample's noise.
-        gap: gap of the recalibrated base model in the same units.
-        pairs: stretches that repeat each other, where they were not averaged.
-    """
-
-    executor: Executor | None
-    repeat_noise: Noise | None
-    bin_size: float
-    excluded: frozenset[str] = frozenset()
-    closed: float = 0.0
-    scout: SimulationProblem | None = None
-    signal: float = 0.0
-    gap: float = 0.0
-    pairs: tuple[Pair, ...] = ()
-
-    def alarm(self, options: SearchOptions) -> float:
-        """Return the least fall of the held-out loss; noise read off the residual itself is trusted less."""
-        unsure = self.repeat_noise is None and self.scout is not None
-        return options.alarm * (options.unsure if unsure else 1.0)
-
-    def material(self, options: SearchOptions, present: Sequence[str]) -> float:
-        """Return the least closed gap that counts, in units of one sample's noise."""
-        chaotic = any(EFFECTS[name].chaotic for name in present)
-        tolerance = options.chaotic_form_error if chaotic else options.form_error
-        return max(options.material_noise, options.material_signal * self.signal, tolerance * self.closed)
-
-
 def _scan(problem: SimulationProblem, state: State, ranges: Ranges, name: str) -> list[State]:
     return scan_effect(problem, state, name, ranges)
 
@@ -272,7 +235,7 @@ def _noise_unit(problem: SimulationProblem, before: State, again: Sequence[State
 
 
 def choose(
-    judged: Sequence[Contender], options: SearchOptions, before: tuple[State, "Context"]
+    judged: Sequence[Contender], options: SearchOptions, before: tuple[State, Context]
 ) -> Contender | None:
     """Return the contender to add: significant, material, and the simplest among those that do the same."""
     state, context = before
@@ -302,9 +265,7 @@ def choose(
     return best
 
 
-def _least_to_replace(
-    contender: Contender, state: State, options: SearchOptions, context: "Context"
-) -> float:
+def _least_to_replace(contender: Contender, state: State, options: SearchOptions, context: Context) -> float:
     """Return what a law that contains a named one must close: the round that took the simpler one asked it too."""
     replaced = set(EFFECTS[contender.name].contains) & set(state.added)
     return options.simpler * context.closed if replaced else 0.0
@@ -316,7 +277,7 @@ def own_size(contender: Contender) -> int:
 
 
 def equivalents_of(
-    winner: Contender, judged: Sequence[Contender], options: SearchOptions, context: "Context"
+    winner: Contender, judged: Sequence[Contender], options: SearchOptions, context: Context
 ) -> tuple[Equivalent, ...]:
     """Return the rivals that this data cannot tell from the winner."""
     found: list[Equivalent] = []

@@ -7,11 +7,10 @@ false-alarm limit of a search over so many more models, and nearly all of the ga
 
 from dataclasses import replace
 
-import numpy as np
-
 from discrepancy.effects.spec import Ranges
 from discrepancy.fitting.problem import SimulationProblem
-from discrepancy.search.greedy import Contender, Context, Round, run_round
+from discrepancy.search.context import Context
+from discrepancy.search.greedy import Contender, Round, run_round
 from discrepancy.search.judge import held_out
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import State, refit
@@ -39,7 +38,7 @@ def find_pair(
         failed: that round, whose contenders are the bases.
     """
     ranges, options, context = rest
-    left = _excess(problem, state.fit.loss, context)
+    left = context.rms(problem, state.fit.loss - problem.rows)
     if state.added or left <= max(options.left_noise, options.left_signal * context.signal):
         return ()
     relaxed = replace(options, first_part=0.0, later_part=0.0)
@@ -70,14 +69,10 @@ def _earned(
     unit = pair.fit.loss / sharp.rows
     unit = max(1.0, unit) if context.repeat_noise is not None else unit
     fall = (held_out(sharp, without.fit).loss - held_out(sharp, pair.fit).loss) / unit
-    closed = float(np.sqrt(max(0.0, state.fit.loss - both.white_loss) / problem.counted / context.bin_size))
-    left = _excess(problem, state.fit.loss, context)
+    closed = context.rms(problem, state.fit.loss - both.white_loss)
+    left = context.rms(problem, state.fit.loss - problem.rows)
     return (
         fall > context.alarm(options) + PAIR_ALARM + options.per_parameter * (pair.size - state.size)
         and closed > max(context.material(options, state.present), PAIR_PART * left)
         and both.white_loss < (1.0 - options.material_rms) ** 2 * state.fit.loss
     )
-
-
-def _excess(problem: SimulationProblem, loss: float, context: Context) -> float:
-    return float(np.sqrt(max(0.0, loss - problem.rows) / problem.counted / context.bin_size))

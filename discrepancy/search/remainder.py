@@ -2,12 +2,10 @@
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from discrepancy.effects.spec import Port
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
-from discrepancy.search.greedy import Context
+from discrepancy.search.context import Context
 from discrepancy.search.noise import residual_parts
 from discrepancy.search.state import State
 
@@ -15,8 +13,6 @@ LEFT_NOISE = 0.15
 """Least remainder, in units of one sample's noise, that is called unknown."""
 LEFT_GAP = 0.2
 """Least remainder in parts of the gap that the search began with."""
-LEFT_GAP_CHAOTIC = 0.4
-"""The same with backlash in the model, whose free run is chaotic."""
 LEFT_SHARE = 0.03
 """Least part of the remaining torque residual that a curve over one variable predicts on held-out blocks."""
 
@@ -33,11 +29,9 @@ def find_remainder(
         context: bin size and noise of repeats.
         names: column names of the drivers.
     """
-    size = problem.counted * context.bin_size
-    start = np.sqrt(max(0.0, first.fit.loss - problem.rows) / size)
-    left = np.sqrt(max(0.0, _white_loss(problem, last) - problem.rows) / size)
-    part = LEFT_GAP_CHAOTIC if "backlash" in last.present else LEFT_GAP
-    if left < max(LEFT_NOISE, part * start):
+    start = context.rms(problem, first.fit.loss - problem.rows)
+    left = context.rms(problem, _white_loss(problem, last) - problem.rows)
+    if left < max(LEFT_NOISE, LEFT_GAP * start):
         return None
     places = locate(problem.series, residual_parts(problem, last), last.fit.vector, names)
     if not places:
