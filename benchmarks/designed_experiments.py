@@ -36,7 +36,7 @@ from discrepancy.design.limits import RigLimits
 from discrepancy.model.reader import read_model
 from discrepancy.model.schema import Quantity
 from discrepancy.result import GapResult
-from discrepancy.search.greedy import exact_equivalents
+from discrepancy.search.same import exact_equivalents
 from discrepancy.workflow import GapOptions, run_gap
 from mock_dsp.scenario.schema import Effect, Scenario
 from server.config.excitation import Excitation

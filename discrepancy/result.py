@@ -9,7 +9,7 @@ from discrepancy.locate import Place
 from discrepancy.model.reader import quantity_to_dict
 from discrepancy.model.schema import EffectTerm, JointModel, Quantity
 from discrepancy.report.pictures import LawPicture, Pictures
-from discrepancy.search.greedy import Equivalent
+from discrepancy.search.same import Equivalent
 
 SCHEMA = "jointscope.gap/1"
 

@@ -13,11 +13,12 @@ from discrepancy.locate import Place, locate
 from discrepancy.search.context import Context
 from discrepancy.search.curves import Bench, called, judge_curves, make_bench
 from discrepancy.search.doubts import find_doubt
-from discrepancy.search.greedy import Equivalent, Round, run_round
+from discrepancy.search.greedy import Round, run_round
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.pairs import find_pair
 from discrepancy.search.remainder import find_remainder
+from discrepancy.search.same import Equivalent
 from discrepancy.search.state import State, polish, refit, scan_effect, with_best_smoothing, without
 
 LONG_WAY = 30

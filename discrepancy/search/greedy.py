@@ -16,6 +16,7 @@ from discrepancy.search.context import Context
 from discrepancy.search.judge import held_out
 from discrepancy.search.noise import noise_beside
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.same import Equivalent, exact_equivalents
 from discrepancy.search.state import SCAN_KEEP, State, polish, refit, refit_from, scan_effect, without
 
 FloatArray = NDArray[np.float64]
@@ -27,8 +28,6 @@ OVERWHELMING = 0.5
 """A law comes first whatever its held-out loss if it leaves less than this part of what any other leaves."""
 WORTH = 0.9
 """A law is a start for richer ones if it leaves less than this part of the squared error."""
-
-Equivalent = str | tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -293,17 +292,3 @@ def equivalents_of(
             found.append(rival.name)
     found.extend(exact_equivalents(winner.state.added))
     return tuple(dict.fromkeys(found))
-
-
-def exact_equivalents(added: Sequence[str]) -> list[Equivalent]:
-    """Return what no measurement can tell from the newest effect, because the equations are the same."""
-    newest = added[-1]
-    if newest == "asymmetric_coulomb_friction":
-        return [("coulomb_friction", "load_torque_offset"), ("coulomb_friction", "current_sensor_offset")]
-    pair = {"load_torque_offset": "current_sensor_offset", "current_sensor_offset": "load_torque_offset"}
-    if newest in pair:
-        same: list[Equivalent] = [pair[newest]]
-        return [*same, "asymmetric_coulomb_friction"] if "coulomb_friction" in added else same
-    if newest == "coulomb_friction" and set(pair) & set(added):
-        return ["asymmetric_coulomb_friction"]
-    return []

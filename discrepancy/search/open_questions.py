@@ -13,9 +13,10 @@ from discrepancy.design.proposal import Proposal, Rival, measure, separate
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.parameters import FitParameter
 from discrepancy.search.finish import SearchOutcome, Step
-from discrepancy.search.greedy import Equivalent, Round, exact_equivalents
+from discrepancy.search.greedy import Round
 from discrepancy.search.judge import robust_covariance
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.same import Equivalent, exact_equivalents
 
 POOR_ERROR = 0.05
 """A parameter whose relative standard error is larger counts as poorly known."""
