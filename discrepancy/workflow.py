@@ -29,7 +29,8 @@ from discrepancy.fitting.parameters import (
     smoothing_parameter,
 )
 from discrepancy.fitting.problem import COARSE_STEP_ANGLE, Noise, SimulationProblem
-from discrepancy.model.schema import BASE_SLOTS, InputHold, JointModel, Judge
+from discrepancy.model.schema import InputHold, JointModel, Judge
+from discrepancy.model.structure import hold_scale, parameters_in_disguise
 from discrepancy.result import GapResult
 from discrepancy.search.context import Context
 from discrepancy.search.finish import search
@@ -268,34 +269,6 @@ def scout_problem(problem: SimulationProblem) -> SimulationProblem:
     """Return the problem on coarser samples."""
     coarse = tuple(bin_series(one, SCOUT_FACTOR) for one in problem.series)
     return replace(problem, series=coarse, step_angle=COARSE_STEP_ANGLE)
-
-
-def hold_scale(model: JointModel) -> tuple[JointModel, list[str]]:
-    """Hold the torque constant where inertia and friction are free too: motion shows only their ratios."""
-    named = {BASE_SLOTS[name]: name for name in model.parameters}
-    constant, inertia = named.get(s.TORQUE_CONSTANT), named[s.INERTIA]
-    friction = named.get(s.VISCOUS)
-    free = [name for name in (constant, inertia, friction) if name and not model.parameters[name].fixed]
-    if constant is None or len(free) < 3:
-        return model, []
-    held = {**model.parameters, constant: replace(model.parameters[constant], fixed=True)}
-    note = (
-        f"{', '.join(free)} cannot all be identified from current and motion, which show only their ratios: "
-        f"{constant} is held at its nameplate value. "
-        "A known load or a torque measurement at standstill would settle the scale"
-    )
-    return replace(model, parameters=held), [note]
-
-
-def parameters_in_disguise(model: JointModel) -> frozenset[str]:
-    """Return effects that are nothing but a free parameter: a sensor gain is the torque constant's scale."""
-    measured = any(name.startswith("current_A") for name in (model.input, *model.outputs))
-    free = any(BASE_SLOTS[n] == s.TORQUE_CONSTANT and not q.fixed for n, q in model.parameters.items())
-    return (
-        frozenset({"current_sensor_gain"})
-        if measured and free and model.input == "current_A"
-        else frozenset()
-    )
 
 
 def check_response(problem: SimulationProblem, vector: NDArray[np.float64]) -> None:

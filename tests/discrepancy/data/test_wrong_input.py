@@ -14,10 +14,11 @@ from discrepancy.data.series import read_series
 from discrepancy.errors import GapInputError
 from discrepancy.model.reader import parse_model
 from discrepancy.model.schema import JointModel
+from discrepancy.model.structure import hold_scale
 from discrepancy.simulate import simulate_recording
 from discrepancy.simulation import slots as s
 from discrepancy.torque.problem import read_motion
-from discrepancy.workflow import hold_scale, run_gap
+from discrepancy.workflow import run_gap
 from tests.discrepancy.recorder import make_recording
 
 Columns = dict[str, NDArray[np.float64]]
