@@ -13,14 +13,18 @@ DESCRIPTION = (
     "and the remedy."
 )
 _PROBLEM_REF = {"content": {MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}}}}
-_COMMON = {
+_EVERYWHERE = {
+    "404": "There is no such thing.",
+    "503": "The service or the rig cannot answer now.",
+}
+_BEHIND_A_TOKEN = {
+    "400": "The request broke off.",
     "401": "No valid token.",
     "403": "The token may not do that.",
-    "404": "There is no such thing.",
     "409": "Not possible in the present state.",
+    "413": "The request is too large.",
     "422": "The request is wrong.",
-    "4XX": "Another problem with the request.",
-    "5XX": "The service or the rig failed.",
+    "429": "Too many wrong tokens.",
 }
 Json = dict[str, Any]  # JSON values
 
@@ -53,6 +57,7 @@ def _add_problems(operation: Json, *, open_to_all: bool) -> None:
     """Document every problem; what FastAPI says of 422 is not what this service answers."""
     responses = operation["responses"]
     responses.pop("422", None)
-    for status, words in _COMMON.items():
-        if not (open_to_all and status in ("401", "403", "409", "422")):
-            responses[status] = {"description": words, **_PROBLEM_REF}
+    # No 4XX or 5XX for everything: a check against this document must be able to fail. 500 is a defect, not an answer.
+    problems = _EVERYWHERE if open_to_all else _EVERYWHERE | _BEHIND_A_TOKEN
+    for status, words in sorted(problems.items()):
+        responses[status] = {"description": words, **_PROBLEM_REF}

@@ -245,6 +245,9 @@ async def _on_validation(request: Request, error: Exception) -> JSONResponse:
 async def _on_http(request: Request, error: Exception) -> JSONResponse:
     if not isinstance(error, HTTPException):
         raise error
+    if error.status_code == HTTPStatus.BAD_REQUEST:
+        # FastAPI's only one: a body that is no text. Broken JSON is 422, so is this.
+        return problem_response(request, VALIDATION, "body: not readable as JSON in UTF-8", field="body")
     name, title = _HTTP_TITLES.get(error.status_code, ("http", "The request cannot be answered"))
     kind = Kind(name=name, title=title, status=error.status_code, remedy="see /docs for what there is")
     detail = f"{request.method} {request.url.path}: {error.detail}"
