@@ -19,7 +19,15 @@ from discrepancy.search.options import SearchOptions
 from discrepancy.search.pairs import find_pair
 from discrepancy.search.remainder import find_remainder
 from discrepancy.search.same import Equivalent
-from discrepancy.search.state import State, polish, refit, scan_effect, with_best_smoothing, without
+from discrepancy.search.state import (
+    State,
+    polish,
+    refit,
+    scan_effect,
+    with_best_form,
+    with_best_smoothing,
+    without,
+)
 
 LONG_WAY = 30
 MANY_MINOR = 3
@@ -131,7 +139,8 @@ def _accept(
         raise ValueError("a round without a winner adds nothing")
     # A chaotic loss has many hollows: the way to the bottom is long, and worth it once only.
     more = LONG_WAY if winner.state.is_chaotic else 3
-    current = with_best_smoothing(problem, refit(problem, winner.state, ranges, more))
+    current = with_best_form(problem, refit(problem, winner.state, ranges, more), winner.name, ranges)
+    current = with_best_smoothing(problem, current)
     step = Step(
         state=current, added=winner.name, equivalents=done.equivalents, fall=winner.fall, closed=winner.closed
     )

@@ -95,6 +95,31 @@ def with_best_smoothing(problem: SimulationProblem, state: State, iterations: in
     return replace(state, fit=other) if other.loss < state.fit.loss else state
 
 
+def with_best_form(
+    problem: SimulationProblem, state: State, name: str, ranges: Ranges, iterations: int = 10
+) -> State:
+    """Return the state with the form of an added effect (the value of a parameter that is not fitted) that fits best.
+
+    The scan tries every form from coarse starts, and a fit of the wrong form can end lower than one of the right form
+    that began far away. From a fitted point all forms begin equally near.
+    """
+    effect = EFFECTS[name]
+    if effect.chaotic:
+        return state
+    best = state
+    for parameter in effect.parameters:
+        if parameter.free:
+            continue
+        forms = {start[parameter.name] for start in effect.starts(ranges) if parameter.name in start}
+        for form in sorted(forms - {float(state.fit.vector[parameter.slot])}):
+            vector = state.fit.vector.copy()
+            vector[parameter.slot] = form
+            other = fit(problem, state.fit.parameters, vector, state.fit.starts, iterations)
+            if other.loss < best.fit.loss:
+                best = replace(state, fit=other)
+    return best
+
+
 def refit_from(problem: SimulationProblem, state: State, starts: Starts) -> Fit:
     """Fit the model again on other samples of the same records."""
     return fit(problem, state.fit.parameters, state.fit.vector, starts, 4)
