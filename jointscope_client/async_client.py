@@ -16,6 +16,7 @@ from jointscope_client.errors import make_problem
 from jointscope_client.events import EventParser
 from jointscope_client.live import LiveDecoder, LiveFrame, live_url
 from jointscope_client.records import Event, Job, read_job
+from jointscope_client.session_live import SessionMoment, read_moment, session_url
 
 T = TypeVar("T")
 
@@ -148,17 +149,34 @@ class AsyncClient:
         Raises:
             ProblemError: the service refused.
         """
+        decoder = LiveDecoder()
+        async for message in self._messages(live_url(self.url, rig_id, columns, rate_hz, interval_ms)):
+            frame = decoder.feed(message)
+            if frame is not None:
+                yield frame
+
+    async def follow_session(self, session_id: str, *, interval_ms: int = 50) -> AsyncIterator[SessionMoment]:
+        """Give a session's state and estimates as they come, until it has ended; it may be started meanwhile.
+
+        Args:
+            session_id: the session.
+            interval_ms: a moment at most so often.
+
+        Raises:
+            ProblemError: the service refused.
+        """
+        async for message in self._messages(session_url(self.url, session_id, interval_ms)):
+            yield read_moment(message)
+
+    async def _messages(self, url: str) -> AsyncIterator[str | bytes]:
+        """Give a WebSocket's messages until the service ends it."""
         from websockets.asyncio.client import connect
         from websockets.exceptions import ConnectionClosedOK, InvalidStatus
 
-        decoder = LiveDecoder()
-        url = live_url(self.url, rig_id, columns, rate_hz, interval_ms)
         try:
             async with connect(url, additional_headers=self._headers, max_size=None) as socket:
                 async for message in socket:
-                    frame = decoder.feed(message)
-                    if frame is not None:
-                        yield frame
+                    yield message
         except InvalidStatus as refusal:
             raise make_problem(
                 sending.refusal(refusal.response.status_code, refusal.response.body)

@@ -22,6 +22,7 @@ from jointscope_client.lease import Lease
 from jointscope_client.live import LiveDecoder, LiveFrame, live_url
 from jointscope_client.records import Event, Job, read_job
 from jointscope_client.resources import Models, Recordings, Rigs
+from jointscope_client.session_live import SessionMoment, read_moment, session_url
 
 T = TypeVar("T")
 
@@ -151,17 +152,33 @@ class Client:
         Raises:
             ProblemError: the service refused.
         """
+        decoder = LiveDecoder()
+        for message in self._messages(live_url(self.url, rig_id, columns, rate_hz, interval_ms)):
+            frame = decoder.feed(message)
+            if frame is not None:
+                yield frame
+
+    def follow_session(self, session_id: str, *, interval_ms: int = 50) -> Iterator[SessionMoment]:
+        """Give a session's state and estimates as they come, until it has ended; it may be started meanwhile.
+
+        Args:
+            session_id: the session.
+            interval_ms: a moment at most so often.
+
+        Raises:
+            ProblemError: the service refused.
+        """
+        for message in self._messages(session_url(self.url, session_id, interval_ms)):
+            yield read_moment(message)
+
+    def _messages(self, url: str) -> Iterator[str | bytes]:
+        """Give a WebSocket's messages until the service ends it."""
         from websockets.exceptions import ConnectionClosedOK, InvalidStatus
         from websockets.sync.client import connect
 
-        decoder = LiveDecoder()
-        url = live_url(self.url, rig_id, columns, rate_hz, interval_ms)
         try:
             with connect(url, additional_headers=self._headers, max_size=None) as socket:
-                for message in socket:
-                    frame = decoder.feed(message)
-                    if frame is not None:
-                        yield frame
+                yield from socket
         except InvalidStatus as refusal:
             raise make_problem(
                 sending.refusal(refusal.response.status_code, refusal.response.body)

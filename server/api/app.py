@@ -28,6 +28,7 @@ from server.api.routers import (
     models,
     recordings,
     rigs,
+    session_live,
     sessions,
 )
 from server.services.container import Services, open_services
@@ -45,7 +46,7 @@ ROUTERS = (
     events.router,
     access.router,
 )
-SOCKETS = (live.sockets, events.sockets)
+SOCKETS = (live.sockets, session_live.sockets, events.sockets)
 UPLOADS = ("/api/v1/recordings",)
 _URGENT_THREADS = 8
 

@@ -21,7 +21,7 @@ from server.errors import InputError, InputLocation
 from server.services.campaign_views import CampaignView, Forecast, ItemView, QueueView, item_view
 from server.services.errors import ConflictError
 from server.services.jobs.board import JobBoard
-from server.services.jobs.books import CampaignBook, shown_state
+from server.services.jobs.books import CampaignBook, JobAccount, shown_state
 from server.services.jobs.ledger import JobFilter, JobLedger, JobRow
 from server.services.jobs.machine import Happening, allowed
 from server.services.jobs.order import JobOrder
@@ -262,7 +262,7 @@ class CampaignService:
 
     def _book(self, job_id: str) -> CampaignBook:
         rig = self._rigs.get(self._ledger.row(job_id).rig_id)
-        return CampaignBook(self._database, self._data_dir, self._ledger, rig, job_id)
+        return CampaignBook(JobAccount(self._database, self._data_dir, self._ledger, rig, job_id))
 
     def _view(self, row: JobRow) -> CampaignView:
         if not isinstance(row, CampaignRow):

@@ -67,6 +67,7 @@ class Services:
         """Let every endless answer (events, live data) come to its end; called before the server waits for them."""
         self.closing.set()
         self.events.stored.close()
+        self.sessions.news.close()
         for rig in self.rigs.all():
             rig.samples.close()
 

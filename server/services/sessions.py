@@ -5,24 +5,23 @@ that run while the training record is made (`server/services/live`).
 """
 
 import uuid
-from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
-from typing import Any
 
+from estimators.settings import IdentifyOptions
 from server.config.campaign import IdentifyStep, RecordStep
 from server.config.submitted import write_document
 from server.errors import InputError
 from server.services.errors import ConflictError, NotFoundError
 from server.services.identification import JSON_NAME, IdentifyRequest, make_options
 from server.services.jobs.board import JobBoard
-from server.services.jobs.books import SessionBook, shown_state
+from server.services.jobs.books import JobAccount, SessionBook
 from server.services.jobs.held_lease import check_free
 from server.services.jobs.ledger import JobFilter, JobLedger, JobRow
-from server.services.jobs.machine import Happening, allowed
-from server.services.jobs.order import JobOrder, JobProgress
+from server.services.jobs.machine import Happening
+from server.services.jobs.order import JobOrder
 from server.services.jobs.planning import DOCUMENT, load_document, plan_document
-from server.services.live.estimators import LiveEstimators
+from server.services.live.estimators import Audience, LiveEstimators
+from server.services.live.news import SessionNews
 from server.services.live.pipeline import LiveSource, choose_source
 from server.services.manifest import Manifest
 from server.services.plan import CampaignPlan
@@ -37,6 +36,7 @@ from server.services.session_spec import (
     check_sample_time,
     named_as_in_the_request,
 )
+from server.services.session_views import SessionView, session_view
 from server.services.steps import StepContext, perform_step
 from server.services.tokens import Principal
 from server.storage.database import Database
@@ -44,32 +44,10 @@ from server.storage.states import JobState
 from server.storage.tables import SessionRow
 
 FOLDER = "sessions"
-Json = dict[str, Any]  # JSON values
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SessionView:
-    """A session as everybody may see it; `live` and `progress` only while it runs."""
-
-    id: str
-    name: str
-    rig_id: str
-    state: JobState
-    reason: str
-    possible: tuple[Happening, ...]
-    spec: Json
-    figures: Json
-    live: Json | None
-    progress: JobProgress | None
-    recording_id: str | None
-    created_by: str
-    created_at: datetime
-    started_at: datetime | None
-    ended_at: datetime | None
 
 
 class SessionService:
-    """Makes, runs and shows sessions.
+    """Makes, runs and shows sessions; `news` tells of them while they run.
 
     Args:
         database: where they are kept.
@@ -85,6 +63,7 @@ class SessionService:
         self._board = board
         self._ledger = JobLedger(database, SessionRow, "session")
         self._live: dict[str, LiveEstimators] = {}
+        self.news = SessionNews()
 
     def create(self, spec: SessionSpec, who: Principal) -> SessionView:
         """Check a session and keep it; nothing moves.
@@ -131,7 +110,7 @@ class SessionService:
                 raise ConflictError(f"rig {rig.id} is at work", "wait for its end, or stop it")
         folder = self._data_dir / FOLDER / job_id
         plan = self._plan(folder / DOCUMENT, rig)
-        live = _make_live(plan, rig)
+        live = self._make_live(job_id, plan, rig)
         book = self._book(job_id, rig, live)
         order = JobOrder(
             id=job_id,
@@ -202,7 +181,24 @@ class SessionService:
         return path
 
     def _book(self, job_id: str, rig: ServedRig, live: LiveEstimators | None) -> SessionBook:
-        return SessionBook(self._database, self._data_dir, self._ledger, rig, job_id, live)
+        account = JobAccount(self._database, self._data_dir, self._ledger, rig, job_id)
+        return SessionBook(account, live, self.news)
+
+    def _make_live(self, job_id: str, plan: CampaignPlan, rig: ServedRig) -> LiveEstimators:
+        """Return the estimators that learn from the training record, with the identification's own options."""
+        step = plan.steps[-1].step
+        if not isinstance(step, IdentifyStep):
+            raise TypeError("a session ends with an identification")
+        return LiveEstimators(
+            TRAIN,
+            step.sample_time_s,
+            _options_of(step),
+            lambda record: _source_of(record, rig),
+            audience=Audience(
+                is_there=lambda: self.news.has_followers(job_id),
+                tell=lambda snapshot: self.news.publish(job_id, snapshot),
+            ),
+        )
 
     def _plan(self, path: Path, rig: ServedRig) -> CampaignPlan:
         try:
@@ -213,33 +209,11 @@ class SessionService:
     def _view(self, row: JobRow) -> SessionView:
         if not isinstance(row, SessionRow):
             raise TypeError("a row of another kind of job")
-        state, run, live = shown_state(row), self._board.find(row.id), self._live.get(row.id)
-        running = run is not None and run.alive
-        return SessionView(
-            id=row.id,
-            name=row.name,
-            rig_id=row.rig_id,
-            state=state,
-            reason=row.reason,
-            possible=tuple(each for each in allowed(state) if each is not Happening.REQUEUE),
-            spec=row.spec,
-            figures=row.figures,
-            live=live.snapshot() if running and live is not None else row.figures.get("live"),
-            progress=run.progress if running and run is not None else None,
-            recording_id=row.recording_id,
-            created_by=row.created_by,
-            created_at=row.created_at,
-            started_at=row.started_at,
-            ended_at=row.ended_at,
-        )
+        return session_view(row, self._board.find(row.id), self._live.get(row.id))
 
 
-def _make_live(plan: CampaignPlan, rig: ServedRig) -> LiveEstimators:
-    """Return the estimators that learn from the training record, with the identification's own options."""
-    step = plan.steps[-1].step
-    if not isinstance(step, IdentifyStep):
-        raise TypeError("a session ends with an identification")
-    options = make_options(
+def _options_of(step: IdentifyStep) -> IdentifyOptions:
+    return make_options(
         IdentifyRequest(
             train=Path(TRAIN),
             test=Path(TEST),
@@ -250,18 +224,18 @@ def _make_live(plan: CampaignPlan, rig: ServedRig) -> LiveEstimators:
         )
     )
 
-    def choose(record: RecordStep) -> LiveSource | None:
-        driver = rig.worker.driver
-        sent = driver.dictionary.layout(record.layout).channels
-        calibrations = channel_columns(driver, rig.rig)
-        return choose_source(
-            {each.column: each for name, each in calibrations.items() if name in sent},
-            tick_hz=driver.hello.tick_hz,
-            divisor=record.divisor,
-            duration_s=record.duration_s,
-        )
 
-    return LiveEstimators(TRAIN, step.sample_time_s, options, choose)
+def _source_of(record: RecordStep, rig: ServedRig) -> LiveSource | None:
+    """Return what the samples of a record are."""
+    driver = rig.worker.driver
+    sent = driver.dictionary.layout(record.layout).channels
+    calibrations = channel_columns(driver, rig.rig)
+    return choose_source(
+        {each.column: each for name, each in calibrations.items() if name in sent},
+        tick_hz=driver.hello.tick_hz,
+        divisor=record.divisor,
+        duration_s=record.duration_s,
+    )
 
 
 def _identify_what_is_there(context: StepContext, manifest: Manifest) -> None:

@@ -11,6 +11,7 @@ from server.services.identification import JSON_NAME
 from server.services.jobs.ledger import Also, JobLedger, JobRow
 from server.services.jobs.machine import ENDED, Happening
 from server.services.live.estimators import LiveEstimators
+from server.services.live.news import SessionNews
 from server.services.manifest import Ended, StepEntry
 from server.services.rigs.served_rig import ServedRig
 from server.services.startup import register_recording
@@ -36,7 +37,7 @@ def shown_state(row: JobRow) -> JobState:
     return JobState(row.state)
 
 
-class _Book:
+class JobAccount:
     """What both kinds of books share.
 
     Args:
@@ -56,8 +57,8 @@ class _Book:
         self.rig = rig
         self.job_id = job_id
 
-    def change_state(self, happening: Happening, reason: str, also: Also | None = None) -> None:
-        """Follow the table, and tell the new state."""
+    def change_state(self, happening: Happening, reason: str, also: Also | None = None) -> JobState:
+        """Follow the table, tell the new state and return it."""
         before, after = self.ledger.happen(self.job_id, happening, reason, also)
         name, kind = self.ledger.row(self.job_id).name, self.ledger.kind
         because = f": {reason}" if reason else ""
@@ -68,29 +69,32 @@ class _Book:
             before=before.value,
             state=after.value,
         )
+        return after
 
 
 class SessionBook:
-    """Book of one session; arguments as of `_Book`, and the estimators whose last word is kept."""
+    """Book of one session.
 
-    def __init__(
-        self,
-        database: Database,
-        data_dir: Path,
-        ledger: JobLedger,
-        rig: ServedRig,
-        job_id: str,
-        live: LiveEstimators | None,
-    ) -> None:
-        self._book = _Book(database, data_dir, ledger, rig, job_id)
+    Args:
+        book: of the job.
+        live: the estimators whose last word is kept.
+        news: told of each new state.
+    """
+
+    def __init__(self, book: JobAccount, live: LiveEstimators | None, news: SessionNews) -> None:
+        self._book = book
         self._live = live
+        self._news = news
 
     def happened(self, happening: Happening, reason: str) -> None:
         """Take note of a change of state; at the end, of what was identified."""
         book = self._book
         if happening in (Happening.FINISHED, Happening.RESTED):
             self._note_identification()
-        book.change_state(happening, reason)
+        if book.change_state(happening, reason) in ENDED:
+            self._news.end(book.job_id)
+        else:
+            self._news.publish(book.job_id, None)
 
     def step_changed(self, entry: StepEntry) -> None:
         """Keep the figures of a record."""
@@ -130,12 +134,10 @@ class SessionBook:
 
 
 class CampaignBook:
-    """Book of one campaign; arguments as of `_Book`."""
+    """Book of one campaign, kept in the job's account."""
 
-    def __init__(
-        self, database: Database, data_dir: Path, ledger: JobLedger, rig: ServedRig, job_id: str
-    ) -> None:
-        self._book = _Book(database, data_dir, ledger, rig, job_id)
+    def __init__(self, book: JobAccount) -> None:
+        self._book = book
 
     def happened(self, happening: Happening, reason: str) -> None:
         """Take note of a change of state; items that were not begun are cancelled with the campaign."""

@@ -11,6 +11,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,20 +27,37 @@ _LOG = logging.getLogger(__name__)
 MAX_BLOCKS = 500
 _WAIT_S = 0.5
 _END_S = 120.0
+_REST = 4.0  # times what a look ahead took, before the next
 Json = dict[str, Any]  # JSON values
 ChooseSource = Callable[[RecordStep], LiveSource | None]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Audience:
+    """Who looks on while estimators learn; nobody by default.
+
+    Attributes:
+        is_there: tells whether anybody looks now.
+        tell: takes each new snapshot; must not wait.
+    """
+
+    is_there: Callable[[], bool] = lambda: False
+    tell: Callable[[Json], None] = lambda snapshot: None
+
+
 class LiveEstimators:
     """Learns from one record step of a session, the training record.
+
+    While there is an audience, the snapshot also has the provisional estimates of the newest samples; they may
+    take a fifth of the thread's time, so that they come less often on a machine that is busy.
 
     Args:
         step_name: name of that record step.
         sample_time_s: of the models.
         options: of the identification.
         choose: returns what the samples of a step are.
+        audience: who looks on.
         max_blocks: blocks that may wait.
-        clock: monotonic time, s.
     """
 
     def __init__(
@@ -49,15 +67,17 @@ class LiveEstimators:
         options: IdentifyOptions,
         choose: ChooseSource,
         *,
+        audience: Audience = Audience(),  # frozen
         max_blocks: int = MAX_BLOCKS,
-        clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         self._step_name = step_name
         self._sample_time_s = sample_time_s
         self._options = options
         self._choose = choose
+        self._audience = audience
+        self._provisional: Json | None = None
+        self._look_ahead_after_s = 0.0
         self._max_blocks = max_blocks
-        self._clock = clock
         self._changed = threading.Condition()
         self._waiting: deque[SampleBlock] = deque()
         self._behind = False
@@ -86,6 +106,7 @@ class LiveEstimators:
             return
         self._waiting.clear()
         self._behind, self._over, self._start_tick, self._learner = False, False, None, None
+        self._provisional = None
         self._thread = threading.Thread(target=self._run, name="jointscope-estimators", daemon=True)
         self._thread.start()
 
@@ -154,9 +175,9 @@ class LiveEstimators:
 
     def _learn(self, learner: Learner, blocks: list[SampleBlock]) -> None:
         for block in blocks:
-            begun_s = self._clock()
+            begun_s = time.perf_counter()
             if learner.feed(block):
-                self._count(self._clock() - begun_s)
+                self._count(time.perf_counter() - begun_s)
         self._publish(learner, complete=False)
 
     def _catch_up(self, learner: Learner) -> None:
@@ -171,13 +192,27 @@ class LiveEstimators:
         self._publish(learner, complete=False)
 
     def _publish(self, learner: Learner, *, complete: bool) -> None:
-        self._snapshot = {
+        snapshot = {
             **learner.snapshot(),
+            "provisional": None if complete else self._look_ahead(learner),
             "samples": dict(self._samples),
             "complete": complete,
             "caught_up": self._catches_up,
             "fit_time_s": self.fit_time_s,
         }
+        self._snapshot = snapshot
+        self._audience.tell(snapshot)
+
+    def _look_ahead(self, learner: Learner) -> Json | None:
+        if not self._audience.is_there():
+            self._provisional = None
+        elif (begun_s := time.perf_counter()) >= self._look_ahead_after_s:
+            self._provisional = learner.look_ahead()
+            ended_s = time.perf_counter()
+            self._look_ahead_after_s = ended_s + _REST * (ended_s - begun_s)
+        elif self._provisional is not None and self._provisional["rows"] <= learner.rows:
+            self._provisional = None  # overtaken by the final ones
+        return self._provisional
 
     def _count(self, took_s: float) -> None:
         self.fit_time_s = took_s

@@ -6,6 +6,7 @@ is prepared anew, and run again from the first row, whenever the number of rows 
 in all, and makes the state after n rows a function of those n rows alone: a replay gives it back to the last digit.
 """
 
+import copy
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -50,6 +51,11 @@ class RowStore:
         self._u[self.n : self.n + rows.u.size] = rows.u
         self._y[self.n : self.n + rows.u.size] = rows.y
         self.n += rows.u.size
+
+    def forget_after(self, n: int) -> None:
+        """Take back all rows from row n on."""
+        self.n = n
+        self.starts = [start for start in self.starts if start < n]
 
     def dataset(self, stop: int, first: int = 0) -> Dataset:
         """Return rows first..stop-1 as a data set."""
@@ -115,6 +121,17 @@ class LiveFit:
             if self._estimator is not None and store.n > self._done:
                 self._run(store, store.n)
             return
+
+    def look_ahead(self, store: RowStore) -> Json:
+        """Return what `to_json` would be with all rows of the store used; nothing changes.
+
+        The start is not scaled anew by rows that may still change.
+        """
+        ahead = copy.copy(self)
+        if self._state is not None:
+            ahead._state, ahead._sums = self._state.copy(), replace(self._sums)
+            ahead._run(store, store.n)
+        return ahead.to_json()
 
     def finish(self, store: RowStore) -> None:
         """Scale the start by all rows and run once more, as an identification of the whole record does."""

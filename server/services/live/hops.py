@@ -16,7 +16,7 @@ Work = Callable[[Matrix, int, int], Matrix]
 
 
 class HopWindow:
-    """One signal of several columns, window by window.
+    """One signal of several columns, window by window; a copy (`copy.copy`) goes on by itself.
 
     Args:
         width: number of columns.

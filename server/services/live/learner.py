@@ -33,6 +33,11 @@ class Learner:
         self._fits = make_fits(options.methods, options)
         self._time_s = 0.0
 
+    @property
+    def rows(self) -> int:
+        """How many rows were used."""
+        return self._store.n
+
     def feed(self, block: SampleBlock) -> bool:
         """Use a block; tells whether any row came of it."""
         return self._use(self.pipeline.feed(block))
@@ -57,6 +62,29 @@ class Learner:
                 for name, fit in self._fits.items()
             },
         }
+
+    def look_ahead(self) -> Json:
+        """Return the estimates as they would be if the record ended with the newest sample; nothing changes.
+
+        They differ from the final ones (`snapshot`) by what the filters will still see: `docs/live.md` has figures.
+        """
+        store, time_s = self._store, self._time_s
+        n = store.n
+        try:
+            for rows in self.pipeline.look_ahead():
+                store.append(rows)
+                time_s = rows.time_s
+            fits = {name: fit.look_ahead(store) for name, fit in self._fits.items() if fit is not None}
+            return {
+                "provisional": True,
+                "time_s": time_s,
+                "rows": store.n,
+                "newest_tick": self.pipeline.newest_tick,
+                "newest_s": self.pipeline.newest_s,
+                "estimators": fits,
+            }
+        finally:
+            store.forget_after(n)
 
     def _use(self, pieces: list[Rows]) -> bool:
         for rows in pieces:

@@ -6,6 +6,7 @@ samples of the excitation count, and a hole begins a new segment. What the filte
 estimates (`lookahead_s`), some 15 sample times.
 """
 
+import copy
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from daq.calibration.channels import ChannelCalibration, counts_to_si
 from daq.protocol.stream import SampleBlock
 from daq.recording.derived_speed import SPEED_OF
 from daq.recording.recording import recording_from_columns
-from daq.recording.resample import decimate, design_antialias
+from daq.recording.resample import design_antialias, extend_ends
 from daq.speed.filters import speed_from_position_zero_phase
 from server.services.dataset import INPUT_CHOICES, average_input
 from server.services.live.hops import HopWindow, Matrix
@@ -118,6 +119,11 @@ class LivePipeline:
         """Tick of the newest sample taken; -1 before the first."""
         return -1 if self._next_tick is None else self._next_tick - self._source.divisor
 
+    @property
+    def newest_s(self) -> float:
+        """Time of the newest sample taken, from the excitation's first tick."""
+        return (self.newest_tick - self._start_tick) / self._source.tick_hz
+
     def feed(self, block: SampleBlock) -> list[Rows]:
         """Take a block and return the rows that it completes."""
         margin = round(_SPEED_MARGIN_S * self._source.tick_hz)
@@ -142,6 +148,16 @@ class LivePipeline:
         """Return the rows that are left when no further sample comes, or the next one is behind a hole."""
         rows = [row for moved in self._speed.flush() for row in self._decimated(moved)]
         return rows + [self._rows(result) for result in self._decimation.flush()]
+
+    def look_ahead(self) -> list[Rows]:
+        """Return the rows that would still come if the record ended with the newest sample; nothing changes.
+
+        They are those that the filters' look-ahead holds back. Where it is missing, the filters continue the signal
+        as at the end of a record, so that these rows are noisier than the final ones, the newest most.
+        """
+        ahead = copy.copy(self)
+        ahead._speed, ahead._decimation = copy.copy(self._speed), copy.copy(self._decimation)
+        return ahead.finish()
 
     def _samples(self, block: SampleBlock, keep: NDArray[np.bool_]) -> Matrix:
         """Return position, input and ticks from the excitation's first one, as columns."""
@@ -199,14 +215,12 @@ class LivePipeline:
 
 
 def _decimate_rows(values: NDArray[np.float64], factor: int, rows: range) -> NDArray[np.float64]:
-    """Return some rows of `decimate(values, factor)`; that is called only where its ends come in.
+    """Return some rows of `decimate(values, factor)`.
 
-    Sums instead of a matrix product: their order depends on nothing but the number of taps.
+    Sums instead of a matrix product: their order depends on nothing but the number of taps, and no BLAS starts threads
+    while samples come.
     """
     taps = design_antialias(factor)
-    half = len(taps) // 2
-    at_end = rows.start * factor < half or (rows.stop - 1) * factor + half >= len(values)
-    if at_end:
-        return decimate(values, factor)[rows.start : rows.stop]
-    centres = [row * factor for row in rows]
-    return np.array([np.sum(values[centre - half : centre + half + 1] * taps) for centre in centres])
+    extended = extend_ends(values, len(taps) // 2, fitted=max(1, factor // 2))
+    firsts = [row * factor for row in rows]
+    return np.array([np.sum(extended[first : first + len(taps)] * taps) for first in firsts])

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from daq.protocol.stream import SampleBlock
 from server.services.errors import InvalidValueError
 from server.services.rigs.served_rig import ServedRig
+from server.services.viewing.clock import wall_clock_ns
 from server.services.viewing.columns import LiveSources, runs_of
 from server.services.viewing.decimation import min_max_rows
 from server.services.viewing.frame import FrameFlag, LiveFrame, encode_live
 
 Floats = NDArray[np.float64]
-_WRAP = 1 << 32
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,19 +198,10 @@ class LiveView:
             row_s=row_s,
             dropped=dropped,
             lost=self._lost,
-            newest_ns=0 if newest_tick is None else self._wall_clock_ns(newest_tick, now_ns),
+            newest_ns=0 if newest_tick is None else wall_clock_ns(self._source.driver, newest_tick, now_ns),
             sent_ns=now_ns,
             number=self._frames,
             values=rows,
         )
         self._frames += 1
         return encode_live(frame)
-
-    def _wall_clock_ns(self, tick: int, now_ns: int) -> int:
-        """Return when a tick was, by the fit of the controller's clock; 0 while there is none that holds."""
-        fit = self._source.driver.link_statistics().clock
-        if fit is None or not fit.steady:
-            return 0
-        # Samples and fit unwrap the 32-bit counter each for itself.
-        ahead = (tick - fit.tick0 + _WRAP / 2) % _WRAP - _WRAP / 2
-        return now_ns - (time.monotonic_ns() - fit.t_ns_at(fit.tick0 + ahead))

@@ -13,7 +13,7 @@ from estimators.regressors import build_regression
 from estimators.settings import IdentifyOptions
 from estimators.table import RecursiveSpec, find_estimator
 from server.config.campaign import RecordStep
-from server.services.live.estimators import LiveEstimators
+from server.services.live.estimators import Audience, LiveEstimators
 from server.services.live.fits import LiveFit, RowStore
 from server.services.live.hops import HopWindow, Matrix
 from server.services.live.learner import Learner
@@ -181,3 +181,39 @@ def test_a_record_that_is_not_the_training_record_is_passed_over() -> None:
     estimators.take(blocks([250]))
     estimators.end()
     assert estimators.snapshot() is None
+
+
+def test_looking_ahead_changes_nothing_and_gives_what_an_end_now_would() -> None:
+    looking, ending = (Learner(SOURCE, START, SAMPLE_TIME_S, OPTIONS) for _ in range(2))
+    everything = blocks([250])
+    for block in everything[:60]:
+        looking.feed(block)
+        ahead = looking.look_ahead()
+        ending.feed(block)
+    assert looking.snapshot() == ending.snapshot()
+    assert ahead["rows"] > looking.rows
+    whole = LivePipeline(SOURCE, START, SAMPLE_TIME_S)
+    rows = [row for block in everything[:60] for row in whole.feed(block)] + whole.finish()
+    assert (ahead["rows"], ahead["time_s"]) == (sum(each.u.size for each in rows), rows[-1].time_s)
+    for block in everything[60:]:
+        looking.feed(block)
+    looking.finish()
+    assert looking.snapshot() == learn([250])
+
+
+PROGRESS = RecordProgress(
+    elapsed_s=1.0, duration_s=8.0, samples=5, samples_lost=0, link_up=True, trouble="", start_tick=START
+)
+
+
+@pytest.mark.parametrize("anybody", [True, False])
+def test_provisional_estimates_are_made_for_an_audience_only(anybody: bool) -> None:
+    told: list[dict[str, object]] = []
+    audience = Audience(is_there=lambda: anybody, tell=told.append)
+    estimators = LiveEstimators("train", SAMPLE_TIME_S, OPTIONS, lambda step: SOURCE, audience=audience)
+    estimators.begin(step(), Path("train.journal"))
+    estimators.progress(PROGRESS)
+    estimators.take(blocks([250])[:40])
+    estimators.end()
+    assert told[-1]["provisional"] is None  # the last word is final
+    assert any(snapshot["provisional"] is not None for snapshot in told) == anybody
