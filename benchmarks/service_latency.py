@@ -1,5 +1,4 @@
-"""How old the newest sample, and the newest live estimate, is when a WebSocket client gets it: emulated rig at 1x,
-client on the same machine.
+"""How old samples and live estimates are when a WebSocket client gets them: rig at 1x, client on the same machine.
 
     python -m benchmarks.service_latency [SECONDS]        (60 by default)
 

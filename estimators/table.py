@@ -25,12 +25,14 @@ class RecursiveSpec:
     Attributes:
         title: name for a reader.
         summary: what it is for, in one sentence.
+        takes: fields of `IdentifyOptions` that change what it does, beside the model's structure.
         prepare: makes the estimator for a data set, which only sets scales (`rls_kf_ml`: and the noise).
     """
 
     title: str
     summary: str
     prepare: Callable[[Regression, IdentifyOptions], RecursiveEstimator]
+    takes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,12 +42,14 @@ class BatchSpec:
     Attributes:
         title: name for a reader.
         summary: what it is for, in one sentence.
+        takes: fields of `IdentifyOptions` that change what it does, beside the model's structure.
         fit: estimates from a data set.
     """
 
     title: str
     summary: str
     fit: Callable[[Dataset, IdentifyOptions], BatchEstimate]
+    takes: tuple[str, ...] = ()
 
 
 ESTIMATORS: Mapping[str, RecursiveSpec | BatchSpec] = MappingProxyType(
@@ -54,16 +58,19 @@ ESTIMATORS: Mapping[str, RecursiveSpec | BatchSpec] = MappingProxyType(
             title="RLS",
             summary="recursive least squares, eq. 2-4 of the paper; optional forgetting and covariance reset",
             prepare=prepare_rls,
+            takes=("forgetting", "reset_interval", "start_near_zero"),
         ),
         "erls": RecursiveSpec(
             title="ERLS",
             summary="extended recursive least squares, eq. 5-9: models coloured noise as well",
             prepare=prepare_erls,
+            takes=("residual_terms", "forgetting", "reset_interval", "start_near_zero"),
         ),
         "rls_kf": RecursiveSpec(
             title="RLS-KF",
             summary="Kalman filter for drifting parameters with the paper's Rw = Rv = 0.99",
             prepare=prepare_rls_kf,
+            takes=("rw", "rv", "start_near_zero"),
         ),
         "rls_kf_ml": RecursiveSpec(
             title="RLS-KF (ML)",
@@ -74,11 +81,13 @@ ESTIMATORS: Mapping[str, RecursiveSpec | BatchSpec] = MappingProxyType(
             title="RLS-KF (literal)",
             summary="Algorithm 1 as printed, with a regressor one sample old; for comparison with the paper",
             prepare=prepare_rls_kf_literal,
+            takes=("rw", "rv", "start_near_zero"),
         ),
         "rls_directional": RecursiveSpec(
             title="RLS (directional)",
             summary="recursive least squares that forgets only where new information comes in",
             prepare=prepare_rls_directional,
+            takes=("directional_forgetting", "start_near_zero"),
         ),
         "ls": BatchSpec(
             title="LS",

@@ -10,20 +10,19 @@ import logging
 import shutil
 import tempfile
 import uuid
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
-
-import sqlalchemy as sa
 
 from server.config.campaign import Campaign
 from server.config.submitted import yaml_of_json
 from server.errors import InputError, InputLocation
-from server.services.campaign_views import CampaignView, Forecast, ItemView, QueueView, item_view
+from server.services.campaign_views import CampaignView, Forecast, QueueView, campaign_view, read_items
 from server.services.errors import ConflictError
 from server.services.jobs.board import JobBoard
-from server.services.jobs.books import CampaignBook, JobAccount, shown_state
+from server.services.jobs.books import CampaignBook, JobAccount
 from server.services.jobs.ledger import JobFilter, JobLedger, JobRow
-from server.services.jobs.machine import Happening, allowed
+from server.services.jobs.machine import Happening
 from server.services.jobs.order import JobOrder
 from server.services.jobs.planning import DOCUMENT, forecast, load_document, plan_document
 from server.services.jobs.queues import CampaignQueues, owner_of
@@ -165,7 +164,7 @@ class CampaignService:
             NotFoundError: no such rig.
         """
         rig = self._rigs.get(rig_id)
-        waiting = tuple(self._view(row) for row in self._queues.waiting(rig.id))
+        waiting = tuple(self._views(self._queues.waiting(rig.id)))
         return QueueView(rig_id=rig.id, held=self._queues.is_held(rig.id), waiting=waiting)
 
     def queue_length(self, rig_id: str) -> int:
@@ -199,11 +198,11 @@ class CampaignService:
         Raises:
             NotFoundError: no such campaign.
         """
-        return self._view(self._ledger.row(job_id))
+        return self._views([self._ledger.row(job_id)])[0]
 
     def page(self, wanted: JobFilter) -> list[CampaignView]:
         """Return campaigns, newest first."""
-        return [self._view(row) for row in self._ledger.page(wanted)]
+        return self._views(self._ledger.page(wanted))
 
     def document(self, job_id: str) -> Path:
         """Return the campaign's document as it was submitted.
@@ -264,32 +263,10 @@ class CampaignService:
         rig = self._rigs.get(self._ledger.row(job_id).rig_id)
         return CampaignBook(JobAccount(self._database, self._data_dir, self._ledger, rig, job_id))
 
-    def _view(self, row: JobRow) -> CampaignView:
-        if not isinstance(row, CampaignRow):
-            raise TypeError("a row of another kind of job")
-        state, run = shown_state(row), self._board.find(row.id)
-        return CampaignView(
-            id=row.id,
-            name=row.name,
-            rig_id=row.rig_id,
-            state=state,
-            reason=row.reason,
-            possible=allowed(state),
-            position=row.position,
-            duration_s=row.document.get("duration_s", 0.0),
-            items=self._items_of(row.id),
-            progress=None if run is None or not run.alive else run.progress,
-            created_by=row.created_by,
-            created_at=row.created_at,
-            started_at=row.started_at,
-            ended_at=row.ended_at,
-        )
-
-    def _items_of(self, job_id: str) -> tuple[ItemView, ...]:
-        query = sa.select(CampaignItemRow).where(CampaignItemRow.campaign_id == job_id)
-        with self._database.read() as session:
-            rows = session.scalars(query.order_by(CampaignItemRow.position))
-            return tuple(item_view(item) for item in rows)
+    def _views(self, rows: Sequence[JobRow]) -> list[CampaignView]:
+        """Return campaigns as they are shown; the steps of all of them come by one query."""
+        items = read_items(self._database, [row.id for row in rows])
+        return [campaign_view(row, items.get(row.id, ()), self._board.find(row.id)) for row in rows]
 
 
 def _items(plan: CampaignPlan) -> list[CampaignItemRow]:

@@ -15,6 +15,7 @@ from server.config.excitation import Spec
 from server.config.load import locate_field
 from server.config.rig import Rig
 from server.errors import InputError, InputLocation
+from server.services.errors import InvalidValueError
 from server.services.limits import TICK_HZ, rig_joint, rig_limits, start_condition
 
 # Channels of the standard layouts (docs/protocol.md); at run time the controller's dictionary decides.
@@ -86,12 +87,14 @@ class _Planner:
         return PlannedStep(step=step, title=_identify_title(step))
 
     def _check_options(self, index: int, step: IdentifyStep) -> None:
-        from server.services.identification import tuned_options
+        from server.services.estimator_choice import check_option_for
 
-        try:
-            tuned_options(step.options)
-        except ValueError as error:
-            raise InputError(str(error), self._at(index, "identify", "options")) from error
+        for name, value in step.options.items():
+            try:
+                check_option_for(step.methods, name, value)
+            except InvalidValueError as error:
+                where = self._at(index, "identify", "options")
+                raise InputError(f"{error}; {error.remedy}", where) from error
 
     def _plan_gap(self, index: int, step: GapStep) -> PlannedStep:
         """Read the model now: a mistake in it should not come to light after the recordings."""

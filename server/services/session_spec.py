@@ -1,10 +1,11 @@
 """What a session shall do, and the small campaign that it is; errors name the fields of the session's own request."""
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from server.errors import InputError, InputLocation
 from server.services.errors import InvalidValueError
+from server.services.estimator_choice import EstimatorChoice, check_choices, check_length
 from server.services.limits import TICK_HZ
 
 TRAIN, TEST = "train", "test"
@@ -21,7 +22,8 @@ class SessionSpec:
         train: `excitation` and `duration_s` of the training record.
         test: the same of the test record; None scores on the training record.
         record: further settings of both records (`layout`, `divisor`, `centring`).
-        identify: settings of the identification (`sample_time_s`, `order`, `delay`, `methods`, `options`).
+        identify: settings of the identification (`sample_time_s`, `order`, `delay`).
+        estimators: which, with their options.
         operator: written into the recordings; empty takes the token's name.
     """
 
@@ -31,11 +33,12 @@ class SessionSpec:
     test: Json | None = None
     record: Json = field(default_factory=dict)
     identify: Json = field(default_factory=dict)
+    estimators: tuple[EstimatorChoice, ...] = ()
     operator: str = ""
 
     def to_json(self) -> Json:
         """Return the specification as it is stored."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return asdict(self)
 
 
 def campaign_of(spec: SessionSpec, operator: str) -> Json:
@@ -45,7 +48,11 @@ def campaign_of(spec: SessionSpec, operator: str) -> Json:
         {"record": {"name": name, **spec.record, **record}} for name, record in records.items()
     ]
     scored = TRAIN if spec.test is None else TEST
-    steps.append({"identify": {"train": TRAIN, "test": scored, **spec.identify}})
+    estimators = {
+        "methods": [each.name for each in spec.estimators],
+        "options": check_choices(spec.estimators),
+    }
+    steps.append({"identify": {"train": TRAIN, "test": scored, **spec.identify, **estimators}})
     return {"name": spec.name, "operator": spec.operator or operator, "steps": steps}
 
 
@@ -62,6 +69,33 @@ def check_sample_time(spec: SessionSpec) -> None:
             value=asked_s,
             remedy=f"use {nearest:g} s",
         )
+
+
+def check_records(spec: SessionSpec) -> None:
+    """Refuse records that are too short for the models that shall come of them.
+
+    Raises:
+        InvalidValueError: its field is the record's `duration_s`.
+    """
+    sample_time_s = spec.identify.get("sample_time_s", 0.2)
+    for prefix, record in (("", spec.train), ("test.", spec.test)):
+        if record is None:
+            continue
+        try:
+            check_length(
+                int(record["duration_s"] / sample_time_s * (1 + 1e-9)),
+                order=spec.identify.get("order", 2),
+                delay=spec.identify.get("delay", 1),
+                methods=[each.name for each in spec.estimators],
+                options=check_choices(spec.estimators),
+            )
+        except ValueError as error:
+            raise InvalidValueError(
+                f"{prefix}duration_s={record['duration_s']:g} at a sample time of {sample_time_s:g} s {error}",
+                field=f"{prefix}duration_s",
+                value=record["duration_s"],
+                remedy="record longer, or lower the sample time, the order or the delay",
+            ) from error
 
 
 def named_as_in_the_request(error: InputError) -> InputError:

@@ -33,6 +33,7 @@ from server.services.session_spec import (
     TRAIN,
     SessionSpec,
     campaign_of,
+    check_records,
     check_sample_time,
     named_as_in_the_request,
 )
@@ -74,6 +75,7 @@ class SessionService:
         """
         rig, job_id = self._rigs.get(spec.rig_id), uuid.uuid4().hex
         check_sample_time(spec)
+        check_records(spec)
         folder = self._data_dir / FOLDER / job_id
         path = write_document(folder / DOCUMENT, campaign_of(spec, who.name))
         try:

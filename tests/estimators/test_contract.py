@@ -201,6 +201,34 @@ def test_every_estimator_gives_the_same_numbers_uncompiled(noisy_record: Dataset
         np.testing.assert_allclose(uncompiled[name], theta, rtol=JIT_TOLERANCE, err_msg=name)
 
 
+@pytest.mark.parametrize("name", RECURSIVE)
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("residual_terms", 2),
+        ("forgetting", 0.9),
+        ("directional_forgetting", 0.9),
+        ("reset_interval", 20),
+        ("rw", 0.1),
+        ("rv", 5.0),
+        ("start_near_zero", True),
+    ],
+)
+def test_an_option_changes_an_estimator_exactly_if_the_table_says_so(
+    name: str, option: str, value: float, regression: Regression
+) -> None:
+    def learnt(options: IdentifyOptions) -> list[float]:
+        spec = find_estimator(name)
+        assert isinstance(spec, RecursiveSpec)
+        estimator = spec.prepare(regression, options)
+        state = estimator.init()
+        early = estimator.run(state, regression.phi, regression.y).prior[:5]  # a start is soon forgotten
+        return [*state.theta, *state.D, *early]
+
+    changed = learnt(IdentifyOptions(**{option: value})) != learnt(OPTIONS)  # type: ignore[arg-type]  # by name
+    assert changed == (option in find_estimator(name).takes)
+
+
 def test_an_unknown_estimator_is_refused_with_the_list_of_known_ones() -> None:
     with pytest.raises(ValueError, match="'lms' is not an estimator; choose from rls, erls, rls_kf"):
         find_estimator("lms")

@@ -9,6 +9,7 @@ from server.api.schemas.base import Answer, Request
 from server.config.campaign import StepName
 from server.config.excitation import Excitation
 from server.config.units import Seconds
+from server.services.estimator_choice import EstimatorChoice
 from server.services.jobs.machine import Happening, JobState
 from server.services.session_spec import SessionSpec
 
@@ -64,9 +65,6 @@ class SessionBody(RecordBody):
 
     def to_spec(self) -> SessionSpec:
         """Return what the service takes."""
-        options: dict[str, float] = {}
-        for estimator in self.estimators:
-            options |= estimator.options
         return SessionSpec(
             name=self.name,
             rig_id=self.rig,
@@ -77,9 +75,10 @@ class SessionBody(RecordBody):
                 "sample_time_s": self.sample_time_s,
                 "order": self.order,
                 "delay": self.delay,
-                "methods": [estimator.name for estimator in self.estimators],
-                "options": options,
             },
+            estimators=tuple(
+                EstimatorChoice(name=each.name, options=each.options) for each in self.estimators
+            ),
             operator=self.operator,
         )
 

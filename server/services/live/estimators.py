@@ -49,7 +49,7 @@ class LiveEstimators:
     """Learns from one record step of a session, the training record.
 
     While there is an audience, the snapshot also has the provisional estimates of the newest samples; they may
-    take a fifth of the thread's time, so that they come less often on a machine that is busy.
+    take a fifth of a processor, so that they come less often where they cost more.
 
     Args:
         step_name: name of that record step.
@@ -206,10 +206,10 @@ class LiveEstimators:
     def _look_ahead(self, learner: Learner) -> Json | None:
         if not self._audience.is_there():
             self._provisional = None
-        elif (begun_s := time.perf_counter()) >= self._look_ahead_after_s:
+        elif time.perf_counter() >= self._look_ahead_after_s:
+            begun_s = time.thread_time()  # of the processor: a busy machine should not make them rarer still
             self._provisional = learner.look_ahead()
-            ended_s = time.perf_counter()
-            self._look_ahead_after_s = ended_s + _REST * (ended_s - begun_s)
+            self._look_ahead_after_s = time.perf_counter() + _REST * (time.thread_time() - begun_s)
         elif self._provisional is not None and self._provisional["rows"] <= learner.rows:
             self._provisional = None  # overtaken by the final ones
         return self._provisional

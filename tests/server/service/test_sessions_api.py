@@ -25,6 +25,7 @@ BODY: dict[str, Any] = {  # JSON values
     "test": {"excitation": TRAPEZOID, "duration_s": 10},
     "sample_time_s": 0.1,
 }
+OF_FIRST = "estimators.0.options"
 LONG = {**BODY, "name": "long", "duration_s": 600}
 OVER = ("done", "stopped", "aborted", "tripped", "refused", "failed", "cancelled", "interrupted")
 Json = dict[str, Any]  # JSON values
@@ -134,8 +135,24 @@ def test_options_of_estimators_reach_the_identification(rested: Service) -> None
     [
         ({"excitation": {**MULTISINE, "amplitude_A": 3}}, "excitation", "3 A"),
         ({"sample_time_s": 0.10001}, "sample_time_s", "0.1 s"),
-        ({"estimators": [{"name": "rsl"}]}, "methods", "rls"),
-        ({"estimators": [{"name": "rls", "options": {"fogetting": 1}}]}, "options", "forgetting"),
+        ({"estimators": [{"name": "rsl"}]}, "estimators.0.name", "rls"),
+        ({"estimators": [{"name": "rls"}, {"name": "rls"}]}, "estimators.1.name", "twice"),
+        (
+            {"estimators": [{"name": "ls", "options": {"fogetting": 1}}]},
+            f"{OF_FIRST}.fogetting",
+            "forgetting",
+        ),
+        (
+            {"estimators": [{"name": "ls", "options": {"forgetting": 1}}]},
+            f"{OF_FIRST}.forgetting",
+            "ls takes",
+        ),
+        (
+            {"estimators": [{"name": "rls", "options": {"forgetting": 1.2}}]},
+            f"{OF_FIRST}.forgetting",
+            "(0, 1]",
+        ),
+        ({"order": 8, "sample_time_s": 2}, "duration_s", "rows"),
         ({"duration_s": -1}, "duration_s", "greater than 0"),
         ({"rig": "absent"}, None, "absent"),
     ],
