@@ -11,7 +11,7 @@ from jointscope_client import sending
 from jointscope_client.async_job_resources import Discrepancies, Jobs
 from jointscope_client.async_lease import AsyncLease
 from jointscope_client.async_resources import Models, Recordings, Rigs
-from jointscope_client.calls import Call, Page, as_json, one, path_of, post, submit_campaign
+from jointscope_client.calls import Call, Page, as_json, get, one, path_of, post, submit_campaign
 from jointscope_client.errors import make_problem
 from jointscope_client.events import EventParser
 from jointscope_client.live import LiveDecoder, LiveFrame, live_url
@@ -100,6 +100,12 @@ class AsyncClient:
     async def create_session(self, **spec: Any) -> Job:  # JSON values
         """Create an identification session; `docs/operator.md` lists what to give. `sessions` begins and watches it."""
         return await self.perform(post(path_of("sessions"), one(read_job), spec))
+
+    async def identification(self, session_id: str) -> dict[str, Any]:  # JSON values
+        """Return a session's identification.json, as `jointscope identify` writes it."""
+        call = get(path_of("sessions", session_id, "identification"), as_json)
+        found: dict[str, Any] = await self.perform(call)
+        return found
 
     async def submit_campaign(self, text: str, *, rig: str) -> Job:
         """Queue a campaign from a campaign file's text; `campaigns` watches it."""

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import httpx
 
 from jointscope_client import sending
-from jointscope_client.calls import Call, Page, as_json, one, path_of, post, submit_campaign
+from jointscope_client.calls import Call, Page, as_json, get, one, path_of, post, submit_campaign
 from jointscope_client.errors import make_problem
 from jointscope_client.events import EventParser
 from jointscope_client.job_resources import Discrepancies, Jobs
@@ -104,6 +104,12 @@ class Client:
     def create_session(self, **spec: Any) -> Job:  # JSON values
         """Create an identification session; `docs/operator.md` lists what to give. `sessions` begins and watches it."""
         return self.perform(post(path_of("sessions"), one(read_job), spec))
+
+    def identification(self, session_id: str) -> dict[str, Any]:  # JSON values
+        """Return a session's identification.json, as `jointscope identify` writes it."""
+        call = get(path_of("sessions", session_id, "identification"), as_json)
+        found: dict[str, Any] = self.perform(call)
+        return found
 
     def submit_campaign(self, text: str, *, rig: str) -> Job:
         """Queue a campaign from a campaign file's text; `campaigns` watches it."""

@@ -23,11 +23,17 @@ class ServiceCollector(Collector):
         yield from self._rigs()
         yield from self._links()
         yield from self._jobs()
+        yield from self._analyses()
         events = self._services.events
         yield CounterMetricFamily(
             "jointscope_events_dropped", "Events that could not be stored.", events.dropped
         )
         yield GaugeMetricFamily("jointscope_event_viewers", "Open event streams.", events.stored.subscribers)
+        yield GaugeMetricFamily(
+            "jointscope_session_followers",
+            "Who follows a session live.",
+            self._services.sessions.news.followers,
+        )
         yield from self._counted()
 
     def _counted(self) -> Iterator[Metric]:
@@ -43,15 +49,16 @@ class ServiceCollector(Collector):
             ("tokens_refused", "Wrong tokens and tickets.", figures.tokens_refused),
         ):
             yield CounterMetricFamily(f"jointscope_{name}", words, counter.value)
-        queue = GaugeMetricFamily("jointscope_queue_length", "Work that waits.", labels=["queue"])
-        for name, length in sorted(figures.queues.items()):
-            queue.add_metric([name], length())
-        yield queue
-        fit = figures.fit_time
+
+    def _analyses(self) -> Iterator[Metric]:
+        analyses = self._services.analyses
+        took = analyses.ledger.took
+        yield GaugeMetricFamily("jointscope_analyses_running", "Analyses that run.", analyses.running)
+        yield GaugeMetricFamily("jointscope_analyses_waiting", "Analyses that wait.", analyses.queued)
         yield SummaryMetricFamily(
-            "jointscope_fit_seconds", "Time of live fits.", count_value=fit.count, sum_value=fit.total_s
+            "jointscope_analysis_seconds", "Time of analyses.", count_value=took.count, sum_value=took.total_s
         )
-        yield GaugeMetricFamily("jointscope_fit_longest_seconds", "Longest live fit.", fit.longest_s)
+        yield GaugeMetricFamily("jointscope_analysis_longest_seconds", "Longest analysis.", took.longest_s)
 
     def _rigs(self) -> Iterator[Metric]:
         connected = GaugeMetricFamily("jointscope_rig_connected", "1 while connected.", labels=["rig"])

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from server.errors import InputError, InputLocation
 from server.services.analyses.jobs import AnalysisJobs
+from server.services.analyses.ledger import AnalysisLedger
 from server.services.attempts import FailedAttempts
 from server.services.audit import AuditLog
 from server.services.campaigns import CampaignService
@@ -133,7 +134,11 @@ def open_services(settings: ServiceSettings) -> Services:
         files=RecordingFiles(database, data_dir, recordings, settings.max_upload_octets),
         models=models,
         analyses=AnalysisJobs(
-            database, data_dir, recordings, models, settings.analysis_jobs or usable_cores()
+            AnalysisLedger(database, events),
+            data_dir,
+            recordings,
+            models,
+            settings.analysis_jobs or usable_cores(),
         ),
         started=started,
         lock=lock,

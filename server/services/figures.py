@@ -1,11 +1,6 @@
-"""Figures that services count for /metrics, where nobody else keeps them.
-
-A service that has a queue registers how to ask for its length: `figures.queues["campaigns"] = lambda: len(...)`; one
-that fits while samples come tells each fit's time: `figures.fit_time.observe(seconds)`.
-"""
+"""Figures that services count for /metrics, where nobody else keeps them."""
 
 import threading
-from collections.abc import Callable, MutableMapping
 
 
 class Counter:
@@ -46,5 +41,3 @@ class Figures:
         self.samples_dropped = Counter()
         self.viewers_given_up = Counter()
         self.tokens_refused = Counter()
-        self.fit_time = Durations()
-        self.queues: MutableMapping[str, Callable[[], int]] = {}

@@ -75,8 +75,9 @@ def check_records(spec: SessionSpec) -> None:
     """Refuse records that are too short for the models that shall come of them.
 
     Raises:
-        InvalidValueError: its field is the record's `duration_s`.
+        InvalidValueError: its field is the record's `duration_s`, or one of the estimators.
     """
+    options = check_choices(spec.estimators)
     sample_time_s = spec.identify.get("sample_time_s", 0.2)
     for prefix, record in (("", spec.train), ("test.", spec.test)):
         if record is None:
@@ -87,7 +88,7 @@ def check_records(spec: SessionSpec) -> None:
                 order=spec.identify.get("order", 2),
                 delay=spec.identify.get("delay", 1),
                 methods=[each.name for each in spec.estimators],
-                options=check_choices(spec.estimators),
+                options=options,
             )
         except ValueError as error:
             raise InvalidValueError(

@@ -50,6 +50,14 @@ def test_a_campaign_is_run_and_followed(emulated_rig: EmulatedRig, tmp_path: Pat
     assert "train: " in printed and " 0 lost" in printed
 
 
+def test_a_joint_is_identified_and_followed(emulated_rig: EmulatedRig) -> None:
+    printed = run(emulated_rig, "identify_joint", emulated_rig.id, 20)
+    assert "samples, 0 lost: a1 = " in printed
+    assert "done, " in printed
+    assert "poles at [" in printed and "DC gain" in printed
+    assert "greatest speed" in printed
+
+
 def test_live_data_are_followed(emulated_rig: EmulatedRig) -> None:
     if not (REPOSITORY / "server" / "api" / "routers" / "live.py").is_file():  # stands in no OpenAPI document
         pytest.skip("this service has no live data yet")

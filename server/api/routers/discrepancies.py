@@ -7,7 +7,7 @@ from fastapi.responses import FileResponse
 
 from server.api.dependencies import ReadDep, RunDep, ServicesDep
 from server.api.schemas.models import DiscrepancyAnswer, DiscrepancyBody, DiscrepancyList
-from server.services.analyses.jobs import GAP_NAME, REPORT_NAME
+from server.services.analyses.answer import GAP_NAME, REPORT_NAME
 from server.services.analyses.records import AnalysisRequest
 
 router = APIRouter(prefix="/discrepancies", tags=["discrepancies"])

@@ -13,8 +13,8 @@ from starlette.concurrency import run_in_threadpool
 from server.api.bodies import OCTETS_TYPE, document_body, pour
 from server.api.dependencies import AdminDep, ReadDep, RunDep, ServicesDep
 from server.api.schemas.recordings import RecordingAnswer, RecordingList, SampleAnswer
-from server.services.recordings.catalogue import RecordingFilter
 from server.services.recordings.files import DownloadFormat, Upload
+from server.services.recordings.listing import RecordingFilter
 from server.services.recordings.samples import SampleRequest, as_arrow, as_json, read_samples
 
 ARROW_TYPE = "application/vnd.apache.arrow.stream"

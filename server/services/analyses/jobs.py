@@ -4,53 +4,34 @@ One at a time, since each uses all cores it may. A job that was under way when t
 never begun again by itself; those that still waited are taken up.
 """
 
-import json
 import logging
 import queue
 import re
 import shutil
 import threading
 import time
-import uuid
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import sqlalchemy as sa
-import yaml
-
+from server.services.analyses.answer import INPUT_NAME, keep_answer
+from server.services.analyses.ledger import FOLDER, AnalysisLedger
 from server.services.analyses.process import AnalysisProcess, AnalysisTask
-from server.services.analyses.records import AnalysisRequest, AnalysisView, Json, find_row, view_of
+from server.services.analyses.records import AnalysisRequest, AnalysisView, Json, view_of
 from server.services.errors import ConflictError, InvalidValueError, NotFoundError
-from server.services.models import ModelStore, NewModel, Source, SourceKind
+from server.services.models import ModelStore
 from server.services.recordings.catalogue import RecordingCatalogue
-from server.storage.database import Database
 from server.storage.states import JobState
-from server.storage.tables import DiscrepancyRow
-from server.storage.types import utc_now
 
-FOLDER = "discrepancies"
-GAP_NAME, REPORT_NAME, MODEL_NAME, INPUT_NAME = "gap.json", "report.html", "model.yaml", "input.yaml"
-ENDED = frozenset({JobState.DONE, JobState.FAILED, JobState.CANCELLED, JobState.INTERRUPTED})
 _LOG = logging.getLogger(__name__)
 _FITS = re.compile(r"(\d+) fits")
-_SHOWN = (
-    "verdict",
-    "effects",
-    "unknown",
-    "parameter_changes",
-    "gap_before",
-    "gap_after",
-    "gap_closed",
-    "next_experiment",
-)
 
 
 class AnalysisJobs:
     """Takes, runs and keeps analyses.
 
     Args:
-        database: where they are kept.
+        ledger: where they are kept, and told.
         data_dir: where their files are.
         recordings: finds the recordings.
         models: finds the models, and takes the extended ones.
@@ -59,13 +40,13 @@ class AnalysisJobs:
 
     def __init__(
         self,
-        database: Database,
+        ledger: AnalysisLedger,
         data_dir: Path,
         recordings: RecordingCatalogue,
         models: ModelStore,
         jobs: int,
     ) -> None:
-        self._database = database
+        self.ledger = ledger
         self._data_dir = data_dir
         self._recordings = recordings
         self._models = models
@@ -78,10 +59,8 @@ class AnalysisJobs:
 
     def start(self) -> None:
         """Begin to work, first on what still waited when the service ended."""
-        waiting = sa.select(DiscrepancyRow.id).where(DiscrepancyRow.state == JobState.QUEUED.value)
-        with self._database.read() as session:
-            for each in session.scalars(waiting.order_by(DiscrepancyRow.created_at)):
-                self._waiting.put(each)
+        for each in self.ledger.waiting():
+            self._waiting.put(each)
         self._thread.start()
 
     def close(self) -> None:
@@ -96,9 +75,14 @@ class AnalysisJobs:
             self._thread.join()
 
     @property
+    def running(self) -> int:
+        """How many run."""
+        return 0 if self._running is None else 1
+
+    @property
     def queued(self) -> int:
-        """How many wait; for metrics."""
-        return self._waiting.qsize()
+        """How many wait."""
+        return self.ledger.count(JobState.QUEUED)
 
     def submit(self, request: AnalysisRequest, created_by: str) -> AnalysisView:
         """Queue an analysis.
@@ -109,17 +93,7 @@ class AnalysisJobs:
             InvalidValueError: no recording to fit or to test, or one that stands twice.
         """
         self._check(request)
-        row = DiscrepancyRow(
-            id=str(uuid.uuid4()),
-            state=JobState.QUEUED.value,
-            request={"model": request.model, "train": request.train, "test": request.test},
-            created_by=created_by,
-        )
-        row.folder = f"{FOLDER}/{row.id}"
-        with self._database.write() as session:
-            session.add(row)
-            session.flush()
-            view = view_of(row)
+        view = self.ledger.add(request, created_by)
         self._waiting.put(view.id)
         return view
 
@@ -129,20 +103,13 @@ class AnalysisJobs:
         Raises:
             NotFoundError: there is none of this id.
         """
-        with self._database.read() as session:
-            return view_of(find_row(session.get(DiscrepancyRow, analysis_id), analysis_id))
+        return view_of(self.ledger.row(analysis_id))
 
     def page(
         self, *, state: JobState | None = None, model_id: str | None = None, offset: int = 0, limit: int = 100
     ) -> list[AnalysisView]:
         """Return analyses, newest first; `model_id` is the one that they made."""
-        query = sa.select(DiscrepancyRow).order_by(DiscrepancyRow.created_at.desc(), DiscrepancyRow.id)
-        if state is not None:
-            query = query.where(DiscrepancyRow.state == state.value)
-        if model_id is not None:
-            query = query.where(DiscrepancyRow.model_id == model_id)
-        with self._database.read() as session:
-            return [view_of(row) for row in session.scalars(query.offset(offset).limit(limit))]
+        return self.ledger.page(state=state, model_id=model_id, offset=offset, limit=limit)
 
     def cancel(self, analysis_id: str) -> AnalysisView:
         """End an analysis, whether it waits or runs.
@@ -151,14 +118,8 @@ class AnalysisJobs:
             NotFoundError: there is none of this id.
             ConflictError: it has ended.
         """
-        with self._lock, self._database.write() as session:
-            row = find_row(session.get(DiscrepancyRow, analysis_id), analysis_id)
-            if JobState(row.state) in ENDED:
-                raise ConflictError(f"this analysis has ended: {row.state}", "start another one")
-            row.state, row.ended_at = JobState.CANCELLED.value, utc_now()
-            row.reason = "cancelled"
-            view = view_of(row)
-            running = self._running
+        with self._lock:
+            view, running = self.ledger.cancel(analysis_id), self._running
         if running is not None and running[0] == analysis_id:
             running[1].end()
         return view
@@ -170,8 +131,7 @@ class AnalysisJobs:
             NotFoundError: there is no such analysis.
             ConflictError: it has not come to an answer.
         """
-        with self._database.read() as session:
-            row = find_row(session.get(DiscrepancyRow, analysis_id), analysis_id)
+        row = self.ledger.row(analysis_id)
         path = self._data_dir / (row.folder or "") / name
         if row.state != JobState.DONE.value or not path.is_file():
             raise ConflictError(
@@ -204,16 +164,16 @@ class AnalysisJobs:
                 self._work_on(analysis_id)
             except Exception as error:  # noqa: BLE001  # outermost loop: one analysis must not end the others
                 _LOG.exception("analysis %s failed", analysis_id)
-                self._end(analysis_id, JobState.FAILED, f"{type(error).__name__}: {error}")
+                self.ledger.end(analysis_id, JobState.FAILED, f"{type(error).__name__}: {error}")
 
     def _work_on(self, analysis_id: str) -> None:
         with self._lock:  # a cancellation comes before this, or finds the process
-            if self._closing or not self._begin(analysis_id):
+            if self._closing or not self.ledger.begin(analysis_id):
                 return
             try:
                 process = AnalysisProcess(self._prepare(analysis_id), self._data_dir)
             except (NotFoundError, ConflictError) as error:  # deleted while it waited
-                self._end(analysis_id, JobState.FAILED, str(error))
+                self.ledger.end(analysis_id, JobState.FAILED, str(error))
                 return
             self._running = analysis_id, process
         try:
@@ -251,16 +211,20 @@ class AnalysisJobs:
                     "fits": int(fits[1]) if fits else progress["fits"],
                     "elapsed_s": round(time.monotonic() - begun_s, 1),
                 }
-                self._change(analysis_id, progress=progress)
+                self.ledger.progress(analysis_id, progress)
         return last
 
     def _conclude(self, analysis_id: str, last: Mapping[str, Any]) -> None:
         if self._closing and "done" not in last:
-            self._end(analysis_id, JobState.INTERRUPTED, "the service was ended while this was under way")
+            self.ledger.end(
+                analysis_id, JobState.INTERRUPTED, "the service was ended while this was under way"
+            )
         elif "error" in last:
-            self._end(analysis_id, JobState.FAILED, str(last["error"]))
+            self.ledger.end(analysis_id, JobState.FAILED, str(last["error"]))
         elif "done" not in last:
-            self._end(analysis_id, JobState.FAILED, "the analysis' process ended without a word: see its log")
+            self.ledger.end(
+                analysis_id, JobState.FAILED, "the analysis' process ended without a word: see its log"
+            )
         else:
             self._keep(analysis_id)
         if self.get(analysis_id).state is JobState.CANCELLED:
@@ -271,35 +235,5 @@ class AnalysisJobs:
         view, folder = self.get(analysis_id), self._data_dir / FOLDER / analysis_id
         if view.state is not JobState.RUNNING:
             return
-        answer = json.loads((folder / GAP_NAME).read_text(encoding="utf-8"))
-        document = yaml.safe_load((folder / MODEL_NAME).read_text(encoding="utf-8"))
-        lineage = [
-            Source(kind=SourceKind.ANALYSIS, id=analysis_id),
-            Source(kind=SourceKind.MODEL, id=view.request.model),
-        ]
-        lineage += [
-            Source(kind=SourceKind.RECORDING, id=each) for each in (*view.request.train, *view.request.test)
-        ]
-        note = f"{answer['verdict']}: {', '.join(answer['effects']) or 'no effect added'}"
-        new = NewModel(document=document, note=note, created_by=view.created_by, lineage=tuple(lineage))
-        model = self._models.add(new)
-        result = {key: answer.get(key) for key in _SHOWN}
-        self._end(analysis_id, JobState.DONE, "", result=result, model_id=model.id)
-
-    def _begin(self, analysis_id: str) -> bool:
-        """Mark one that still waits as running."""
-        with self._database.write() as session:
-            row = session.get(DiscrepancyRow, analysis_id)
-            if row is None or row.state != JobState.QUEUED.value:
-                return False
-            row.state, row.started_at = JobState.RUNNING.value, utc_now()
-        return True
-
-    def _end(self, analysis_id: str, state: JobState, reason: str, **more: Any) -> None:  # JSON values
-        self._change(analysis_id, state=state.value, reason=reason, ended_at=utc_now(), **more)
-
-    def _change(self, analysis_id: str, **values: Any) -> None:  # columns
-        """Change one that runs; one that was cancelled meanwhile stays as it is."""
-        still = sa.and_(DiscrepancyRow.id == analysis_id, DiscrepancyRow.state == JobState.RUNNING.value)
-        with self._database.write() as session:
-            session.execute(sa.update(DiscrepancyRow).where(still).values(**values))
+        result, model_id = keep_answer(view, folder, self._models)
+        self.ledger.end(analysis_id, JobState.DONE, "", result=result, model_id=model_id)

@@ -20,9 +20,10 @@ from daq.exchange.readers import READERS
 from daq.recording.store import read_recording
 from server.errors import InputError
 from server.services.errors import InvalidValueError
-from server.services.recordings.catalogue import RecordingCatalogue, RecordingView
+from server.services.recordings.catalogue import RecordingCatalogue
 from server.services.recordings.importing import EXPANSION, ImportTask, memory_limit, run_import
 from server.services.recordings.register import Listing, register_recording
+from server.services.recordings.views import RecordingView
 from server.storage.database import Database
 
 FOLDER = "recordings"

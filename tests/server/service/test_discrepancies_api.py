@@ -46,6 +46,14 @@ def wait(service: Service, started: Json, *states: str) -> Json:
     return found
 
 
+def events_of(client: httpx.Client, analysis: str) -> list[str]:
+    """Return what the event stream told of an analysis, in order."""
+    items = client.get("/api/v1/events", params={"rig": "", "limit": 500}).json()["items"]
+    kinds = [each["kind"] for each in items if each["data"]["id"] == analysis]
+    assert all(kind.startswith("analysis.") for kind in kinds)
+    return [kind.removeprefix("analysis.") for kind in kinds]
+
+
 @pytest.mark.slow
 def test_an_analysis_ends_with_a_report_and_a_new_model_version(service: Service) -> None:
     client = service.client("run")
@@ -55,6 +63,9 @@ def test_an_analysis_ends_with_a_report_and_a_new_model_version(service: Service
     view = wait(service, started, "done", "failed")
     assert view["state"] == "done", view["reason"]
     assert view["progress"]["text"] and view["progress"]["elapsed_s"] > 0
+    told = events_of(client, started["id"])
+    assert (told[:2], told[-1], "progress" in told) == (["queued", "running"], "done", True)
+    assert "jointscope_analyses_running 0.0" in client.get("/metrics").text
     gap = client.get(f"{PATH}/{started['id']}/gap").json()
     assert gap["schema"] == "jointscope.gap/1"
     assert view["result"]["verdict"] == gap["verdict"]
@@ -94,6 +105,9 @@ def test_an_analysis_is_cancelled_whether_it_runs_or_waits(service: Service) -> 
         assert client.post(f"{PATH}/{each['id']}/cancel").status_code == 409
     folder = service.data / "discrepancies" / first["id"]
     service.wait_for(lambda: not folder.exists(), "the end of the process")
+    told = events_of(client, first["id"]), events_of(client, second["id"])
+    assert [kinds[:2] for kinds in told] == [["queued", "running"], ["queued", "cancelled"]]
+    assert told[0][-1] == "cancelled"
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])

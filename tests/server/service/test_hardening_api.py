@@ -1,5 +1,7 @@
 """What strangers and careless programs may not do to the service."""
 
+import re
+
 import pytest
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
@@ -51,8 +53,14 @@ def test_metrics_cover_link_lease_viewers_queue_and_fit(service: Service) -> Non
         "live_samples_dropped_total",
         "live_viewers_given_up_total",
         "tokens_refused_total",
-        "fit_seconds_count",
-        "fit_longest_seconds",
+        "fit_seconds{",
+        "fit_seconds_max{",
+        "analyses_running",
+        "analyses_waiting",
+        "analysis_seconds_count",
+        "session_followers",
     ):
         assert f"\njointscope_{name}" in text, name
     assert "# TYPE jointscope_queue_length gauge" in text
+    families = re.findall(r"^# TYPE (\S+)", text, re.MULTILINE)
+    assert len(families) == len(set(families))  # one that stands twice makes Prometheus refuse the whole page
