@@ -5,6 +5,8 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
+from server.api.examples.answers import answer_examples
+from server.api.examples.requests import BODIES, DOCUMENTS
 from server.api.problems import MEDIA_TYPE, Problem
 
 DESCRIPTION = (
@@ -46,11 +48,32 @@ def build(app: FastAPI) -> Json:
     for path, operations in document["paths"].items():
         for operation in operations.values():
             _add_problems(operation, open_to_all=not path.startswith("/api/"))
+            _add_examples(operation, path)
     schemas = document.setdefault("components", {}).setdefault("schemas", {})
     for name in ("HTTPValidationError", "ValidationError"):
         schemas.pop(name, None)
     schemas["Problem"] = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
     return document
+
+
+def _add_examples(operation: Json, path: str) -> None:
+    """Show whole bodies: of requests, and of answers that a schema of ours describes."""
+    for media_type, content in operation.get("requestBody", {}).get("content", {}).items():
+        found = BODIES.get(_schema_name(content), DOCUMENTS.get((path, media_type)))
+        if found is not None:
+            content["example"] = found
+    answers = answer_examples()
+    for status, response in operation["responses"].items():
+        for content in response.get("content", {}).values() if status.startswith("2") else ():
+            if (found := answers.get(_schema_name(content))) is not None:
+                content["example"] = found
+
+
+def _schema_name(content: Json) -> str:
+    """Return the name of a body's schema, the first where there are several; empty without one."""
+    schema = content.get("schema", {})
+    chosen = schema.get("anyOf", [schema])[0]
+    return str(chosen.get("$ref", "")).rpartition("/")[2]
 
 
 def _add_problems(operation: Json, *, open_to_all: bool) -> None:

@@ -1,0 +1,1 @@
+"""Examples of whole bodies for the OpenAPI document."""

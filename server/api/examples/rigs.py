@@ -1,0 +1,80 @@
+"""Rigs: answers of the real service with the emulated rig, shortened; secrets are replaced by words."""
+
+from collections.abc import Mapping
+from typing import Any
+
+Json = dict[str, Any]  # JSON values
+ITEMS: Mapping[str, Json] = {
+    "RigAnswer": {
+        "id": "emulated",
+        "description": "induction motor, belt and rotating base, emulated on a pseudo-terminal",
+        "url": "emulate",
+        "emulated": True,
+        "connection": "connected",
+        "trouble": "",
+        "armed": False,
+        "busy_with": None,
+        "viewers": 0,
+        "lease": {"holder": "lab bench 2", "token_id": "hg7vChGe", "expires_in_s": 9.79054},
+        "warnings": [],
+        "controller": {
+            "device": "Jointscope emulated controller",
+            "firmware": "1.0.0",
+            "serial_number": 20210414,
+            "protocol": 1,
+            "tick_hz": 2500,
+            "baud": 937500,
+            "reboots": 0,
+        },
+        "drive": {
+            "state": "idle",
+            "faults": [],
+            "lease_left_ms": 0,
+            "tick": 2250,
+            "bus_voltage_v": 540.0,
+            "temperature_degc": 25.0,
+        },
+    },
+    "ParameterAnswer": {
+        "name": "current_limit_A",
+        "unit": "A",
+        "value": 1.5,
+        "minimum": 0.0,
+        "maximum": 2.0,
+        "default": 2.0,
+        "writable": True,
+        "writable_armed": False,
+        "doc": "Peak of the torque-producing current reference; the reference is clipped to it.",
+    },
+    "CaptureStarted": {"samples": 819},
+    "CaptureAnswer": {
+        "complete": True,
+        "trigger_tick": 3100,
+        "sample_time_s": 0.0004,
+        "columns": {"current_A": [0.0, 0.0045166, 0.00109863], "position_rad": [0.0, 0.0, 0.0]},
+    },
+    "LinkAnswer": {
+        "baud": 937500,
+        "octets": 460,
+        "frames": 14,
+        "bad_frames": 0,
+        "commands_retried": 0,
+        "commands_lost": 0,
+        "samples_lost": 0,
+        "queue_dropped_frames": 0,
+        "reconnects": 0,
+        "stall_s": 0.004,
+        "octets_per_s": 315.553,
+        "controller_rx_errors": 0,
+        "controller_tx_drops": 0,
+        "controller_isr_max_us": 21,
+        "cause": "",
+    },
+    "LeaseAnswer": {"holder": "lab bench 2", "token_id": "hg7vChGe", "expires_in_s": 9.82524},
+    "LeaseGranted": {
+        "id": "5d0f3b1c7e924b6f8a13c2d4e5f60718",
+        "holder": "lab bench 2",
+        "ttl_s": 10.0,
+        "expires_in_s": 9.93949,
+    },
+}
