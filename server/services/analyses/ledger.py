@@ -122,7 +122,8 @@ class AnalysisLedger:
             if now_s < self._told_s.get(analysis_id, 0.0) + _TELL_EVERY_S:
                 return
             self._told_s[analysis_id] = now_s
-        self._publish("analysis.progress", f"analysis: {progress['text']}", id=analysis_id, **progress)
+        told = {"id": analysis_id, **progress}
+        self._publish("analysis.progress", f"analysis {analysis_id[:8]}: {progress['text']}", told)
 
     def end(self, analysis_id: str, state: JobState, reason: str, **more: Any) -> None:  # JSON values
         """Mark one that runs as ended; one that was cancelled meanwhile stays as it is."""
@@ -143,7 +144,7 @@ class AnalysisLedger:
 
     def _tell(self, analysis_id: str, state: JobState, because: str, **more: Any) -> None:  # JSON values
         words = f"analysis {analysis_id[:8]} is {state}" + (f": {because}" if because else "")
-        self._publish(f"analysis.{state}", words, id=analysis_id, state=state.value, **more)
+        self._publish(f"analysis.{state}", words, {"id": analysis_id, "state": state.value, **more})
 
-    def _publish(self, kind: str, text: str, **data: Any) -> None:  # JSON values
+    def _publish(self, kind: str, text: str, data: Json) -> None:
         self._events.publish(ServiceEvent(rig_id=NO_RIG, kind=kind, text=text, data=data))
