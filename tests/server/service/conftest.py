@@ -5,6 +5,7 @@ httpx client whose token has that scope; `Service.hold(...)` holds a rig's lease
 """
 
 import contextlib
+import hashlib
 import os
 import re
 import signal
@@ -17,11 +18,15 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+import psycopg
 import pytest
+import sqlalchemy as sa
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
 RIG = "emulated"
 LEASE = "Jointscope-Lease"
+# URL of a PostgreSQL server: every service of these tests then has a database of its own there (docs/database.md).
+ON_POSTGRES = "JOINTSCOPE_TEST_POSTGRES"
 _READY = re.compile(r"Jointscope is at (\S+)")
 _TOKEN = re.compile(r"shown this once: (\S+)")
 _PATIENCE_S = 60.0
@@ -97,6 +102,17 @@ class Service:
         return code
 
 
+def _database_options(data: Path, options: tuple[str, ...]) -> list[str]:
+    """Return what puts the database of a data folder onto the server that `ON_POSTGRES` names; nothing without it."""
+    server = os.environ.get(ON_POSTGRES)
+    if not server or "--database" in options:
+        return []
+    name = f"test_{hashlib.sha256(str(data.resolve()).encode()).hexdigest()[:40]}"
+    with psycopg.connect(server, autocommit=True) as connection, contextlib.suppress(psycopg.Error):
+        connection.execute(f"CREATE DATABASE {name}".encode())
+    return ["--database", sa.make_url(server).set(database=name).render_as_string(hide_password=False)]
+
+
 def launch(data: Path, *options: str, speed: str = "max", token: str = "") -> Service:
     """Start a service on a free port and wait until it says where it is."""
     command = [sys.executable, "-m", "server", "serve", "--port", "0", "--data", str(data), "--speed", speed]
@@ -106,6 +122,7 @@ def launch(data: Path, *options: str, speed: str = "max", token: str = "") -> Se
         "--emulate",
         str(CONFIG / "scenarios" / "nominal.yaml"),
         *options,
+        *_database_options(data, options),
     ]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
     process = subprocess.Popen(
