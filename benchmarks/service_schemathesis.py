@@ -30,6 +30,8 @@ _MAY_BE_REFUSED = {
     "GET /api/v1/sessions": "`before` must be the id of a session that exists",
     "GET /api/v1/recordings": "`cursor` must be one that the service made, `since` within the calendar in UTC",
     "POST /api/v1/campaigns": "the document is YAML text or JSON whose steps are checked against the rig",
+    "GET /api/v1/recordings/{recording_id}/samples": "`column` must be one that this recording has",
+    "POST /api/v1/discrepancies": "`train` and `test` must be recordings that exist, each named once",
     "POST /api/v1/models": "the document is a model file, whose parameters depend on the model",
     "POST /api/v1/recordings": "the body is a file, which must be what its name says",
     "POST /api/v1/sessions": "each value may be right and the combination not, as divisor with sample_time_s",
