@@ -5,7 +5,9 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import psycopg
 import pytest
+import sqlalchemy as sa
 
 from tests.server.postgres import Cluster
 from tests.server.service.conftest import Service
@@ -39,6 +41,23 @@ def test_on_postgresql_a_killed_campaign_is_in_order_after_a_restart(
     kept = second.client().get(events[0], params=events[1]).json()["items"]
     assert [each["data"]["id"] for each in kept] == [campaign]
     assert not (data / "jointscope.db").exists()
+
+
+def test_while_the_database_is_away_requests_are_answered_by_503_and_afterwards_as_before(
+    start_service: Start, tmp_path: Path, postgres: Cluster
+) -> None:
+    database = postgres.create()
+    client = start_service(data=tmp_path / "data", database=database).client()
+    assert client.get("/api/v1/models").status_code == 200
+    name = sa.make_url(database).database
+    with psycopg.connect(postgres.url("postgres"), autocommit=True) as server:
+        server.execute(f"ALTER DATABASE {name} ALLOW_CONNECTIONS false".encode())
+        server.execute("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = %s", (name,))
+        refused = client.get("/api/v1/models")
+        server.execute(f"ALTER DATABASE {name} ALLOW_CONNECTIONS true".encode())
+    assert refused.status_code == 503
+    assert refused.json()["type"] == "/problems/storage"
+    assert client.get("/api/v1/models").status_code == 200
 
 
 def test_a_token_is_made_in_the_database_that_the_command_names(tmp_path: Path, postgres: Cluster) -> None:
