@@ -139,17 +139,25 @@ def measure(service: BenchService, viewers: int, slow: int, seconds: float) -> d
     ours.send("stop")
     seen = ours.recv()
     process.join()
-    slope = np.polyfit(np.arange(len(memory)) * _MEMORY_EVERY_S / 60.0, np.array(memory) / 2**20, 1)[0]
     return {
         "seconds": round(elapsed_s, 1),
         "links": {name: after[name] - before[name] for name in after if name != "worst_stall_ms"},
         "samples_expected": round(2500 * elapsed_s * len(service.rigs)),
         "viewers": seen,
         "service_cpu_share_of_a_core": round(cpu, 3),
-        "memory_mib": {"first": round(memory[0] / 2**20, 1), "last": round(memory[-1] / 2**20, 1)},
-        "memory_slope_mib_per_min": round(float(slope), 3),
+        "memory_mib_each_minute": [round(each / 2**20, 1) for each in memory[:: round(60 / _MEMORY_EVERY_S)]],
+        "memory_slope_mib_per_min": {
+            "all": slope(memory),
+            "last two thirds": slope(memory[len(memory) // 3 :]),
+        },
         "reads_ms": {path: percentiles(each) for path, each in durations.items()},
     }
+
+
+def slope(memory: list[float]) -> float:
+    """Return how fast the memory grows, MiB a minute, by a straight line through all of it."""
+    minutes = np.arange(len(memory)) * _MEMORY_EVERY_S / 60.0
+    return round(float(np.polyfit(minutes, np.array(memory) / 2**20, 1)[0]), 3)
 
 
 def percentiles(durations: list[float]) -> dict[str, float]:

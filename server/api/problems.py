@@ -161,6 +161,15 @@ KINDS: tuple[tuple[type[Exception], Kind], ...] = (
         ),
     ),
     (
+        service_errors.StorageError,
+        Kind(
+            name="storage",
+            title="The database does not answer",
+            status=503,
+            remedy="try again; if it stays, look at the database server, or for space on the disk",
+        ),
+    ),
+    (
         server_errors.RunFailedError,
         Kind(name="run-failed", title="The run failed", status=503, remedy="see the detail, then try again"),
     ),

@@ -19,6 +19,7 @@ STALL_S = 10.0
 CHECK_S = 2.0
 GOING_AWAY = 1001
 POLICY = 1008
+_NO_PONG = 1011
 Parcel = bytes | str
 Listen = Callable[[str], Awaitable[None]]
 
@@ -66,10 +67,7 @@ class _Connection:
         async with aclosing(parcels):
             async for parcel in parcels:
                 self._sending_since_s = self._loop.time()
-                if isinstance(parcel, str):
-                    await self._socket.send_text(parcel)
-                else:
-                    await self._socket.send_bytes(parcel)
+                await self._send(parcel)
                 self._sending_since_s = None
         await self._close(GOING_AWAY, "nothing more comes")
 
@@ -93,6 +91,17 @@ class _Connection:
             if not await self._loop.run_in_executor(urgent, self._services.tokens.still_valid, token_id):
                 await self._close(POLICY, "the token is no longer valid")
                 return
+
+    async def _send(self, parcel: Parcel) -> None:
+        try:
+            if isinstance(parcel, str):
+                await self._socket.send_text(parcel)
+            else:
+                await self._socket.send_bytes(parcel)
+        except (
+            RuntimeError
+        ) as error:  # the server closed it: the client answered no ping, and `hear` is about to know
+            raise WebSocketDisconnect(_NO_PONG) from error
 
     async def _close(self, code: int, reason: str) -> None:
         async with asyncio.timeout(CHECK_S):

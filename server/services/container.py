@@ -100,12 +100,13 @@ def open_services(settings: ServiceSettings) -> Services:
     """Recover what a killed process left, and start everything that has a thread.
 
     Raises:
-        InputError: wrong rig files or data folder, or another service uses the data folder.
+        InputError: wrong rig files or data folder, or another service uses the data folder or the database.
     """
     database = open_database_of(settings)
     lock = -1
     try:
         lock = _lock_folder(settings.data_dir)
+        database.claim()
         started = recover(database, settings.data_dir)
         events = EventLog(database)
         rigs = load_rigs(

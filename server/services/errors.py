@@ -1,5 +1,19 @@
 """What the service's own rules refuse; `server/api/problems.py` turns each into a problem document."""
 
+from sqlalchemy.exc import (
+    OperationalError as StorageError,
+)  # the database does not answer, is full, or is locked
+
+__all__ = [
+    "BusyError",
+    "ClosingError",
+    "ConflictError",
+    "InvalidValueError",
+    "LeaseError",
+    "NotFoundError",
+    "StorageError",
+]
+
 
 class NotFoundError(LookupError):
     """There is no such thing.

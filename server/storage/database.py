@@ -1,9 +1,10 @@
 """The database: SQLite in WAL mode below the data folder, or PostgreSQL by URL; one writer, short transactions.
 
 Theory of operation. Everybody reads at any time. Writers of this process queue at a lock, so that no two of them
-meet in SQLite and find it busy; each takes the write lock at its beginning (BEGIN IMMEDIATE), because a transaction
-that begins by reading and then wants to write cannot wait for another process, only fail. Another process (`jointscope
-token create` beside a running service) waits up to `BUSY_TIMEOUT_S`. Samples never come here: they are files.
+meet in SQLite and find it busy; each takes the database's own write lock at its beginning (`engines.py`), because a
+transaction that begins by reading and then wants to write cannot wait for another process, only fail. Another process
+(`jointscope token create` beside a running service) waits up to `BUSY_TIMEOUT_S`. Samples never come here: they are
+files.
 """
 
 import contextlib
@@ -16,7 +17,9 @@ from alembic import command
 from alembic.config import Config
 from sqlalchemy.orm import Session
 
-BUSY_TIMEOUT_S = 10.0
+from server.errors import InputError, InputLocation
+from server.storage.engines import SERVICE_LOCK, is_postgres, make_engine, unreachable
+
 FILE_NAME = "jointscope.db"
 MIGRATIONS = Path(__file__).parent / "migrations"
 
@@ -31,6 +34,7 @@ class Database:
     def __init__(self, engine: sa.Engine) -> None:
         self._engine = engine
         self._writing = threading.Lock()
+        self._claim: sa.PoolProxiedConnection | None = None
 
     @property
     def engine(self) -> sa.Engine:
@@ -57,12 +61,38 @@ class Database:
         """Bring the tables to the newest version."""
         config = Config()
         config.set_main_option("script_location", str(MIGRATIONS).replace("%", "%%"))
-        with self._engine.begin() as connection:
+        with self._engine.execution_options(writes=True).begin() as connection:
             config.attributes["connection"] = connection
             command.upgrade(config, "head")
 
+    def claim(self) -> None:
+        """Keep other services off this database until it is closed; SQLite's is below a data folder that is locked.
+
+        A service that was killed a moment ago may still have its claim: it is waited for, up to `BUSY_TIMEOUT_S`.
+
+        Raises:
+            InputError: another service uses it.
+        """
+        if not is_postgres(self._engine):
+            return
+        connection = self._engine.raw_connection()
+        connection.detach()
+        try:
+            connection.cursor().execute(f"SELECT pg_advisory_lock({SERVICE_LOCK})")
+            connection.commit()  # the lock is the connection's, not the transaction's
+        except self._engine.dialect.loaded_dbapi.OperationalError as error:
+            connection.close()
+            raise InputError(
+                "another service uses this database; end it, or give another database",
+                InputLocation(field="--database"),
+            ) from error
+        self._claim = connection
+
     def close(self) -> None:
         """Give all connections back."""
+        if self._claim is not None:
+            self._claim.close()
+            self._claim = None
         self._engine.dispose()
 
 
@@ -72,31 +102,17 @@ def database_url(data_dir: Path) -> str:
 
 
 def open_database(url: str) -> Database:
-    """Open the database at `url` and bring its tables to the newest version."""
-    sqlite = url.startswith("sqlite")
-    options: dict[str, object] = {"connect_args": {"timeout": BUSY_TIMEOUT_S}} if sqlite else {}
-    engine = sa.create_engine(url, **options)
-    if sqlite:
-        sa.event.listen(engine, "connect", _prepare_sqlite)
-        sa.event.listen(engine, "begin", _begin_sqlite)
-    database = Database(engine)
+    """Open the database at `url` and bring its tables to the newest version.
+
+    Raises:
+        InputError: no such database, or a server that does not answer.
+    """
+    database = Database(make_engine(url))
     try:
         database.migrate()
-    except BaseException:
+    except BaseException as error:
         database.close()
+        if isinstance(error, sa.exc.OperationalError) and is_postgres(database.engine):
+            raise unreachable(database.engine, error) from error
         raise
     return database
-
-
-def _prepare_sqlite(connection: "sa.engine.interfaces.DBAPIConnection", record: object) -> None:
-    """Set up a connection; transactions are begun by `_begin_sqlite`, not by the driver."""
-    connection.isolation_level = None
-    cursor = connection.cursor()
-    for pragma in ("journal_mode=WAL", "synchronous=NORMAL", "foreign_keys=ON"):
-        cursor.execute(f"PRAGMA {pragma}")
-    cursor.close()
-
-
-def _begin_sqlite(connection: sa.Connection) -> None:
-    writes = connection.get_execution_options().get("writes", False)
-    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")

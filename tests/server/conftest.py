@@ -1,6 +1,6 @@
 """Recordings and campaign files for the tests of services and command line."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +8,7 @@ import pytest
 
 from daq.recording.recording import recording_from_columns
 from daq.recording.store import write_recording
+from tests.server.postgres import REASON, Cluster, find_programs, private_cluster
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 GAIN, TIME_CONSTANT_S = 1.1, 0.55
@@ -26,6 +27,16 @@ def joint_signals(seed: int, n: int, sample_time_s: float) -> tuple[np.ndarray, 
     for k in range(1, n):
         speed[k] = pole * speed[k - 1] + GAIN * (1.0 - pole) * current[k - 1]
     return time_s, np.asarray(current), speed + 1e-4 * rng.standard_normal(n)
+
+
+@pytest.fixture(scope="session")
+def postgres() -> Iterator[Cluster]:
+    """Give a PostgreSQL server of our own, shared by all tests; skips where it is not installed."""
+    programs = find_programs()
+    if programs is None:
+        pytest.skip(REASON)
+    with private_cluster(programs) as cluster:
+        yield cluster
 
 
 @pytest.fixture

@@ -88,7 +88,7 @@ def read_campaign(campaign_id: CampaignId, services: ServicesDep, who: ReadDep) 
 @router.get(
     "/campaigns/{campaign_id}/document",
     response_class=Response,
-    responses={200: {"content": {"application/yaml": {"schema": {"type": "string"}}}, "description": "YAML"}},
+    responses={200: {"content": {"application/yaml": {"schema": {"type": "object"}}}, "description": "YAML"}},
 )
 def read_document_of_campaign(campaign_id: CampaignId, services: ServicesDep, who: ReadDep) -> Response:
     """Return the document as it was submitted."""

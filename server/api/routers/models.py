@@ -79,7 +79,7 @@ def read_model(model_id: ModelId, services: ServicesDep, who: ReadDep) -> ModelA
     "/{model_id}/file",
     response_class=Response,
     responses={
-        200: {"content": {YAML_TYPE: {"schema": {"type": "string"}}}, "description": "The model file."}
+        200: {"content": {YAML_TYPE: {"schema": {"type": "object"}}}, "description": "The model file."}
     },
 )
 def read_model_file(model_id: ModelId, services: ServicesDep, who: ReadDep) -> Response:

@@ -5,6 +5,7 @@ httpx client whose token has that scope; `Service.hold(...)` holds a rig's lease
 """
 
 import contextlib
+import hashlib
 import os
 import re
 import signal
@@ -17,11 +18,17 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+import psycopg
 import pytest
+import sqlalchemy as sa
+
+from server.storage.database import database_url
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
 RIG = "emulated"
 LEASE = "Jointscope-Lease"
+# URL of a PostgreSQL server: every service of these tests then has a database of its own there (docs/database.md).
+ON_POSTGRES = "JOINTSCOPE_TEST_POSTGRES"
 _READY = re.compile(r"Jointscope is at (\S+)")
 _TOKEN = re.compile(r"shown this once: (\S+)")
 _PATIENCE_S = 60.0
@@ -33,6 +40,7 @@ class Service:
 
     process: subprocess.Popen[str]
     data: Path
+    database: str
     url: str
     admin_token: str
     clients: list[httpx.Client] = field(default_factory=list)
@@ -97,8 +105,23 @@ class Service:
         return code
 
 
-def launch(data: Path, *options: str, speed: str = "max", token: str = "") -> Service:
+def _database_of(data: Path) -> str:
+    """Return the database of a data folder: on the server that `ON_POSTGRES` names, made if need be, else its file."""
+    server = os.environ.get(ON_POSTGRES)
+    if not server:
+        return database_url(data)
+    name = f"test_{hashlib.sha256(str(data.resolve()).encode()).hexdigest()[:40]}"
+    with psycopg.connect(server, autocommit=True) as connection:
+        if not connection.execute("SELECT FROM pg_database WHERE datname = %s", (name,)).fetchall():
+            connection.execute(f"CREATE DATABASE {name}".encode())
+    return sa.make_url(server).set(database=name).render_as_string(hide_password=False)
+
+
+def launch(
+    data: Path, *options: str, speed: str = "max", token: str = "", database: str | None = None
+) -> Service:
     """Start a service on a free port and wait until it says where it is."""
+    database = database or _database_of(data)
     command = [sys.executable, "-m", "server", "serve", "--port", "0", "--data", str(data), "--speed", speed]
     command += [
         "--rigs",
@@ -107,6 +130,8 @@ def launch(data: Path, *options: str, speed: str = "max", token: str = "") -> Se
         str(CONFIG / "scenarios" / "nominal.yaml"),
         *options,
     ]
+    if not database.startswith("sqlite"):
+        command += ["--database", database]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment
@@ -121,7 +146,7 @@ def launch(data: Path, *options: str, speed: str = "max", token: str = "") -> Se
         if match := _TOKEN.search(line):
             token = match[1]
         if url and ("token" in line):
-            return Service(process=process, data=data, url=url, admin_token=token)
+            return Service(process=process, data=data, database=database, url=url, admin_token=token)
     raise AssertionError(f"the service ended with {process.wait()}: {''.join(lines)}")
 
 

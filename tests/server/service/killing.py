@@ -1,15 +1,16 @@
 """Kill a service with -9 in the middle of a campaign, start it again, and look whether everything is in order."""
 
 import signal
-import sqlite3
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import httpx
+import sqlalchemy as sa
 
 from daq.recording.journal_reader import read_journal
 from daq.recording.store import read_recording
+from server.storage.engines import make_engine
 from tests.server.service.conftest import RIG, Service
 
 UNDER_WAY = ("starting", "running", "pausing", "paused", "stopping", "aborting")
@@ -63,13 +64,13 @@ def kill_and_restart(
 ) -> tuple[Service, Aftermath]:
     """Kill the service now, start another one on the same folder, and judge what it made of it."""
     service.stop(signal.SIGKILL)
-    before = _stored_state(service.data, campaign)
+    before = _stored_state(service.database, campaign)
     journals = {path: _samples(path) for path in service.data.rglob("*.journal")}
     second = again()
     client = second.client()
     view = client.get(f"/api/v1/campaigns/{campaign}").json()
     rig = client.get(f"/api/v1/rigs/{RIG}").json()
-    faults = [*_judge_state(before, view), *_judge_recordings(second.data, journals)]
+    faults = [*_judge_state(before, view), *_judge_recordings(second, journals)]
     if rig["armed"] or rig["lease"] is not None or rig["busy_with"] is not None:
         faults.append(f"the rig is not at rest: {rig}")
     with_samples = sum(1 for count in journals.values() if count)
@@ -89,9 +90,11 @@ def _judge_state(before: str, view: dict[str, object]) -> list[str]:
     return faults
 
 
-def _judge_recordings(data: Path, journals: dict[Path, int]) -> list[str]:
+def _judge_recordings(service: Service, journals: dict[Path, int]) -> list[str]:
     """Every sample that a journal held must be in a recording that the database lists."""
-    listed = {data / row[0] for row in _query(data, "select path from recordings where deleted_at is null")}
+    data = service.data
+    paths = _query(service.database, "select path from recordings where deleted_at is null")
+    listed = {data / path for path in paths}
     faults = [f"{path.name} was left open" for path in data.rglob("*.journal")]
     faults += [f"{path} is half written" for path in data.rglob("*.partial")]
     for journal, samples in journals.items():
@@ -109,13 +112,14 @@ def _samples(journal: Path) -> int:
     return sum(len(block.ticks) for block in read_journal(journal).blocks)
 
 
-def _stored_state(data: Path, campaign: str) -> str:
-    return str(_query(data, "select state from campaigns where id = ?", campaign)[0][0])
+def _stored_state(database: str, campaign: str) -> str:
+    return _query(database, "select state from campaigns where id = :id", id=campaign)[0]
 
 
-def _query(data: Path, sql: str, *values: str) -> list[tuple[str]]:
-    connection = sqlite3.connect(data / "jointscope.db")
+def _query(database: str, sql: str, **values: str) -> list[str]:
+    engine = make_engine(database)
     try:
-        return connection.execute(sql, values).fetchall()
+        with engine.connect() as connection:
+            return list(connection.execute(sa.text(sql), values).scalars())
     finally:
-        connection.close()
+        engine.dispose()

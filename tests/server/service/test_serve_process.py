@@ -8,7 +8,7 @@ from pathlib import Path
 
 import sqlalchemy as sa
 
-from server.storage.database import database_url, open_database
+from server.storage.database import open_database
 from server.storage.states import JobState
 from server.storage.tables import SessionRow
 from tests.server.service.conftest import RIG, Service
@@ -70,7 +70,7 @@ def test_tokens_and_events_outlive_a_restart_and_what_was_running_is_interrupted
     first = start_service(data=data)
     first.connect()
     first.stop(signal.SIGKILL)
-    database = open_database(database_url(data))
+    database = open_database(first.database)
     with database.write() as session:
         session.add(SessionRow(id="s1", rig_id=RIG, name="cut off", state=JobState.RUNNING.value))
     database.close()
@@ -79,7 +79,7 @@ def test_tokens_and_events_outlive_a_restart_and_what_was_running_is_interrupted
     assert (rig["armed"], rig["lease"]) == (False, None)
     assert second.client().get("/api/v1/events", params={"kind": "rig.connection"}).json()["items"]
     second.stop()
-    database = open_database(database_url(data))
+    database = open_database(first.database)
     with database.read() as session:
         state, reason = session.execute(sa.select(SessionRow.state, SessionRow.reason)).one()
     database.close()
