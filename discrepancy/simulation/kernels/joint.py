@@ -42,6 +42,7 @@ from discrepancy.simulation.kernels.laws import (
     viscous_coefficient,
 )
 from discrepancy.simulation.kernels.plain import is_plain, simulate_plain
+from discrepancy.simulation.kernels.single import is_single, simulate_single
 
 FloatArray = NDArray[np.float64]
 
@@ -165,6 +166,8 @@ def simulate_record(
     """
     if is_plain(p):
         return simulate_plain(p, t, u, windows, starts)
+    if is_single(p):
+        return simulate_single(p, t, u, angle, windows, starts)
     n = t.size
     out = np.empty((3, n))
     x = np.zeros(N_STATES)
