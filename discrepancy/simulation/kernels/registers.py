@@ -1,4 +1,4 @@
-"""One mass with any effect but a compliant or loose shaft and presliding: most of what a search simulates.
+"""A joint with any effect but presliding springs: most of what a search simulates.
 
 The same equations as `joint`, with the few states that such a joint has in registers instead of an array.
 """
@@ -24,12 +24,6 @@ FloatArray = NDArray[np.float64]
 
 
 @njit(cache=True, error_model="numpy")
-def is_single(p: FloatArray) -> bool:
-    """Whether the joint is one mass without presliding springs."""
-    return bool(p[s.LOAD_SHARE] == 0.0 and p[s.PRESLIDING_LEVEL] == 0.0 and p[s.SENSOR_ON_LOAD] <= 0.5)
-
-
-@njit(cache=True, error_model="numpy")
 def has_dry_friction(p: FloatArray) -> bool:
     """Whether any dry friction is on."""
     dry = p[s.COULOMB] + p[s.ASYM_POSITIVE] + p[s.ASYM_NEGATIVE] + p[s.STRIBECK_COULOMB]
@@ -37,11 +31,38 @@ def has_dry_friction(p: FloatArray) -> bool:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _next_speed(
-    p: FloatArray, state: tuple[float, float, float], current: float, at: tuple[float, float], is_dry: bool
-) -> float:
-    """Return the speed after a sub-step; `state` holds speed, angle and acceleration, `at` sub-step and time, s."""
-    w, angle, accel = state
+def _shaft_torque(
+    p: FloatArray, state: tuple[float, float, float], h: float, inertia: float, viscous: float
+) -> tuple[float, float]:
+    """Return the mean torque in the shaft and the load's new speed; `state` holds both speeds and the twist."""
+    share, free = p[s.LOAD_SHARE], 0.5 * p[s.GAP]
+    w, load, twist = state
+    twist += 0.5 * h * (w - load)
+    wound = twist - free if twist > free else (twist + free if twist < -free else 0.0)
+    torque = 0.0
+    if wound != 0.0 or free == 0.0:
+        damping = 2.0 * p[s.DAMPING_RATIO] * math.sqrt(p[s.STIFFNESS] * inertia * share * (1.0 - share))
+        torque = p[s.STIFFNESS] * wound + damping * (w - load)
+        # A tooth cannot pull: inside a gap the contact only pushes.
+        if free > 0.0 and torque * wound < 0.0:
+            torque = 0.0
+    mass, half = inertia * share, 0.5 * h * viscous * p[s.LOAD_FRICTION_SHARE]
+    return torque, (load * (mass - half) + h * torque) / (mass + half)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _next_speeds(
+    p: FloatArray,
+    state: tuple[float, float, float, float, float],
+    current: float,
+    at: tuple[float, float],
+    is_dry: bool,
+) -> tuple[float, float]:
+    """Return the speeds of motor and load after a sub-step.
+
+    `state` holds speed, angle, acceleration, speed of the load and twist; `at` sub-step and time, s.
+    """
+    w, angle, accel, load, twist = state
     h, time = at
     q, middle = angle + 0.5 * h * w, w + 0.5 * h * accel
     torque = motor_torque(p, current, time)
@@ -49,16 +70,21 @@ def _next_speed(
     viscous = viscous_coefficient(p, w, time)
     drive = torque - p[s.LOAD_OFFSET] - position_torque(p, q, w, current)
     drive -= (reaction + p[s.QUADRATIC] * (1.0 if middle > 0.0 else -1.0)) * middle * middle
+    if p[s.LOAD_SHARE] > 0.0:
+        shaft, load = _shaft_torque(p, (w, load, twist), h, inertia, viscous)
+        drive -= shaft
+        viscous *= 1.0 - p[s.LOAD_FRICTION_SHARE]
+        inertia *= 1.0 - p[s.LOAD_SHARE]
     if is_dry:
-        return float(slide(p, w, h, drive, (inertia, viscous, torque, accel)))
+        return float(slide(p, w, h, drive, (inertia, viscous, torque, accel))), load
     half = 0.5 * h * viscous
-    return float((w * (inertia - half) + h * drive) / (inertia + half))
+    return (w * (inertia - half) + h * drive) / (inertia + half), load
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _seen_motion(p: FloatArray, w: float, q: float, filtered: float) -> tuple[float, float]:
-    """Return speed and position as the sensors report them."""
-    speed = filtered if p[s.FILTER_LAG] > 0.0 else w
+def _seen_motion(p: FloatArray, motor: tuple[float, float], load: tuple[float, float]) -> tuple[float, float]:
+    """Return speed and position as the sensors report them, which stand on motor or load."""
+    speed, q = load if p[s.SENSOR_ON_LOAD] > 0.5 else motor
     if p[s.POT_WAVE] != 0.0:
         a = p[s.POT_WAVE] * q
         sin, cos = math.sin(a), math.cos(a)
@@ -70,7 +96,7 @@ def _seen_motion(p: FloatArray, w: float, q: float, filtered: float) -> tuple[fl
 
 
 @njit(cache=True, error_model="numpy")
-def simulate_single(
+def simulate_rigid_friction(
     p: FloatArray,
     t: FloatArray,
     u: FloatArray,
@@ -78,27 +104,29 @@ def simulate_single(
     windows: NDArray[np.int64],
     starts: FloatArray,
 ) -> FloatArray:
-    """Do what `simulate_record` does, for one mass without presliding."""
+    """Do what `simulate_record` does, for a joint without presliding."""
     n = t.size
     out = np.empty((3, n))
     hold, shift, lag = p[s.INPUT_HOLD] > 0.5, p[s.INPUT_SHIFT] + p[s.DELAY], p[s.CURRENT_LAG]
     is_dry, is_filtered = has_dry_friction(p), p[s.FILTER_LAG] > 0.0
-    w, q, seen, accel, current, filtered = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    w, q, seen, accel, current, filtered, load, twist = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     step, h, lag_left, filter_left, pull, cuts, j, window = -1.0, 0.0, 0.0, 0.0, 0.0, 1, 0, 0
     for k in range(n):
         if window < windows.shape[0]:
             first = windows[window]
             if (first if first >= 0 else -first - 1) == k:
-                filtered = starts[window, 0] if first < 0 else filtered + starts[window, 0] - w
+                filtered, load = filtered + starts[window, 0] - w, load + starts[window, 0] - w
                 w, q, accel = starts[window, 0], starts[window, 1], 0.0
                 if first < 0:
                     at_start, j = interpolate(t, u, t[k] - shift, j, hold)
-                    current, seen = limit_current(p, at_start), q
+                    current, seen, filtered, load = limit_current(p, at_start), q, w, w
+                    twist = 0.5 * p[s.GAP] * (1.0 if current > 0.0 else -1.0)
                 window += 1
         if lag == 0.0:
             at_sample, j = interpolate(t, u, t[k] - shift, j, hold)
             current = limit_current(p, at_sample)
-        out[0, k], out[1, k] = _seen_motion(p, w, q, filtered)
+        shown = filtered if is_filtered else w
+        out[0, k], out[1, k] = _seen_motion(p, (shown, q), (filtered if is_filtered else load, q - twist))
         out[2, k] = current
         if k == n - 1:
             break
@@ -117,7 +145,10 @@ def simulate_single(
             if lag > 0.0:
                 mean = target + (current - target) * (1.0 - lag_left) * lag / h
                 current = target + (current - target) * lag_left
-            new = _next_speed(p, (w, seen, accel), mean, (h, middle - t[0]), is_dry)
+            state = (w, seen, accel, load, twist)
+            new, behind = _next_speeds(p, state, mean, (h, middle - t[0]), is_dry)
+            twist += 0.5 * h * (w + new - load - behind)
+            load = behind
             moved = 0.5 * h * (w + new)
             q, seen, accel, w = q + moved, seen + moved, (new - w) / h, new
         if is_filtered:
