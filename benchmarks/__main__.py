@@ -29,6 +29,7 @@ PROGRAMS = {
     "service_load": "eight rigs, fifty viewers, five of them slow",
     "service_startup": "start with 10,000 recordings in the store",
     "service_schemathesis": "thousands of generated requests",
+    "discrepancy_time": "processor and wall time of a case of the discrepancy workflow",
     "real_data": "the torque limits on splits of measured training records",
     "soak": "half an hour at 1x with the other core busy",
     "service_kill": "kill -9 of the service at 50 random moments of a campaign",

@@ -268,7 +268,8 @@ def best_of_starts(problem: SimulationProblem, state: State) -> State:
 def scout_problem(problem: SimulationProblem) -> SimulationProblem:
     """Return the problem on coarser samples."""
     coarse = tuple(bin_series(one, SCOUT_FACTOR) for one in problem.series)
-    return replace(problem, series=coarse, step_angle=COARSE_STEP_ANGLE)
+    longest = SCOUT_FACTOR * problem.longest_step
+    return replace(problem, series=coarse, step_angle=COARSE_STEP_ANGLE, longest_step=longest)
 
 
 def check_response(problem: SimulationProblem, vector: NDArray[np.float64]) -> None:

@@ -21,6 +21,7 @@ _DIFFERENCE = 3e-4
 _COARSE_DIFFERENCE = 1e-2
 """Backlash makes the motion chaotic: its loss is smooth only over steps that are larger than single contacts."""
 _RUNAWAY = 1e6
+_STEEPEST = 1e9
 _TOLERANCE = 3e-5
 
 
@@ -71,9 +72,8 @@ class _Point:
     ) -> None:
         self.vector, self.starts = vector, starts
         self.outputs = problem.simulate(vector, starts)
-        self.raw = data - problem.flatten(self.outputs)
         # A trial that runs away must lose, not raise.
-        self.raw = np.clip(np.nan_to_num(self.raw, nan=_RUNAWAY), -_RUNAWAY, _RUNAWAY)
+        self.raw = _bounded(data - problem.flatten(self.outputs), _RUNAWAY, _RUNAWAY)
 
 
 class _Projector:
@@ -86,12 +86,11 @@ class _Projector:
         self.inverses = []
         for parts in self.slices:
             block = np.stack([np.concatenate([c[part] for part in parts]) for c in columns], axis=1)
-            block = np.clip(np.nan_to_num(block), -1e9, 1e9)
+            block = _bounded(block, _STEEPEST)
             norm = np.linalg.norm(block, axis=0)
             block[:, norm < 1e-9] = 0.0
-            inverse = np.linalg.pinv(block, rcond=1e-9)
             self.bases.append(block)
-            self.inverses.append(inverse)
+            self.inverses.append(_pseudo_inverse(block))
 
     def coefficients(self, values: FloatArray) -> list[FloatArray]:
         """Return the start changes that explain `values` best, one array a window."""
@@ -102,6 +101,8 @@ class _Projector:
 
     def project(self, values: FloatArray) -> FloatArray:
         """Return `values` without what the starts explain; shape (N,) or (N, p)."""
+        if len(self.slices) == 1 and len(self.slices[0]) == 1:
+            return np.asarray(values - self.bases[0] @ (self.inverses[0] @ values))
         result = values.copy()
         for parts, base, inverse in zip(self.slices, self.bases, self.inverses, strict=True):
             whole = np.concatenate([values[part] for part in parts])
@@ -112,6 +113,21 @@ class _Projector:
                 result[part] = whole[at : at + size]
                 at += size
         return result
+
+
+def _pseudo_inverse(block: FloatArray) -> FloatArray:
+    """Return the pseudo-inverse, shape (k, n), of start sensitivities, shape (n, k); one column needs no SVD."""
+    if block.shape[1] > 1:
+        return np.asarray(np.linalg.pinv(block, rcond=1e-9))
+    power = float(block[:, 0] @ block[:, 0])
+    return block.T / power if power > 0.0 else np.zeros(block.T.shape)
+
+
+def _bounded(values: FloatArray, limit: float, nan: float = 0.0) -> FloatArray:
+    """Return values that are finite and within the limit; `nan` stands for what is no number."""
+    if np.max(values, initial=0.0) <= limit and np.min(values, initial=0.0) >= -limit:  # both False for a NaN
+        return values
+    return np.asarray(np.clip(np.nan_to_num(values, nan=nan), -limit, limit))
 
 
 def project_starts(problem: SimulationProblem, at: Fit, columns: FloatArray) -> FloatArray:
@@ -154,8 +170,7 @@ def _jacobian(
         vector = point.vector.copy()
         vector[parameter.slot] = parameter.decode(z + h)
         columns[:, i] = (problem.flatten(problem.simulate(vector, point.starts)) - at) / h
-    columns = np.clip(np.nan_to_num(columns), -1e9, 1e9)
-    return projector.project(columns)
+    return projector.project(_bounded(columns, _STEEPEST))
 
 
 def _step(jacobian: FloatArray, residual: FloatArray, damping: float, free: NDArray[np.bool_]) -> FloatArray:
@@ -167,7 +182,8 @@ def _step(jacobian: FloatArray, residual: FloatArray, damping: float, free: NDAr
     normal = J.T @ J
     scale = np.sqrt(np.diag(normal)) + 1e-12
     scaled = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
-    step[free] = np.linalg.lstsq(scaled, (J.T @ residual) / scale, rcond=1e-12)[0] / scale
+    # The damping keeps the matrix well-conditioned: no search for its rank is needed.
+    step[free] = np.linalg.solve(scaled, (J.T @ residual) / scale) / scale
     return step
 
 
@@ -189,7 +205,6 @@ def fit(
     vector: FloatArray,
     starts: Starts,
     iterations: int = 15,
-    reuse: FloatArray | None = None,
 ) -> Fit:
     """Fit `parameters` from `vector`; everything else in it stays.
 
@@ -199,8 +214,45 @@ def fit(
         vector: starting values.
         starts: starting states of the windows.
         iterations: most Gauss-Newton steps.
-        reuse: Jacobian of the first parameters at a nearby point, shape (N, k); spares their simulations in a scan.
     """
+    return _fit(problem, parameters, (vector, starts), iterations, None)
+
+
+def glance(
+    problem: SimulationProblem,
+    parameters: Sequence[FitParameter],
+    at: tuple[FloatArray, Starts],
+    iterations: int,
+    reuse: FloatArray | None,
+) -> Fit:
+    """Fit for a few steps, to compare starts: the Jacobian stays that of the last step.
+
+    Args:
+        problem: data and noise.
+        parameters: what may move.
+        at: starting values, and starting states of the windows.
+        iterations: most Gauss-Newton steps, at least one.
+        reuse: Jacobian of the first parameters at a nearby point, shape (N, k); spares their simulations.
+    """
+    return _fit(problem, parameters, at, iterations, _Scan(reuse))
+
+
+@dataclass(frozen=True, slots=True)
+class _Scan:
+    """Marks a fit of which only parameters and loss are asked; `reuse` as `glance` takes it."""
+
+    reuse: FloatArray | None
+
+
+def _fit(
+    problem: SimulationProblem,
+    parameters: Sequence[FitParameter],
+    at: tuple[FloatArray, Starts],
+    iterations: int,
+    scan: _Scan | None,
+) -> Fit:
+    vector, starts = at
+    reuse = None if scan is None else scan.reuse
     data = problem.measured()
     point = _Point(problem, data, problem.prepare(vector), starts)
     damping = 1e-3
@@ -218,7 +270,7 @@ def fit(
             break
         gain = loss - better[1]
         point = better[0]
-        if gain <= _TOLERANCE * loss:
+        if gain <= _TOLERANCE * loss or (scan is not None and done >= iterations):
             projector = _Projector(problem, point)
             residual = projector.project(point.raw)
             loss = float(residual @ residual)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from discrepancy.data.series import cut_windows
 from discrepancy.effects.spec import Effect, Port, Ranges
 from discrepancy.effects.table import EFFECTS
-from discrepancy.fitting.levenberg import Fit, fit
+from discrepancy.fitting.levenberg import Fit, fit, glance
 from discrepancy.fitting.parameters import FitParameter, clear_effect, effect_parameters, write_start
 from discrepancy.fitting.problem import SimulationProblem, Starts
 from discrepancy.simulation import slots as s
@@ -139,7 +139,7 @@ def scan_effect(problem: SimulationProblem, state: State, name: str, ranges: Ran
     reuse: FloatArray | None = state.fit.jacobian[:, : len(state.base)]
     starts = problem.initial_starts() if effect.chaotic else bare.fit.starts
     reuse = None if effect.chaotic else reuse
-    trials = [fit(problem, parameters, vector, starts, first, reuse) for vector in vectors]
+    trials = [glance(problem, parameters, (vector, starts), first, reuse) for vector in vectors]
     if effect.port is Port.SENSOR and state.nameplate is not None:
         # A sensor that lies grossly drags the recalibrated joint far away: start from the nameplate too.
         lied = write_start(state.nameplate, effect, effect.starts(ranges)[0], bare.present)

@@ -42,6 +42,7 @@ from discrepancy.simulation.kernels.laws import (
     viscous_coefficient,
 )
 from discrepancy.simulation.kernels.plain import is_plain, simulate_plain
+from discrepancy.simulation.kernels.registers import simulate_rigid_friction
 
 FloatArray = NDArray[np.float64]
 
@@ -165,6 +166,8 @@ def simulate_record(
     """
     if is_plain(p):
         return simulate_plain(p, t, u, windows, starts)
+    if p[s.PRESLIDING_LEVEL] == 0.0:
+        return simulate_rigid_friction(p, t, u, angle, windows, starts)
     n = t.size
     out = np.empty((3, n))
     x = np.zeros(N_STATES)
