@@ -21,6 +21,7 @@ from discrepancy.locate import Place, hat_basis, region_of, spread_knots
 from discrepancy.search.context import Context
 from discrepancy.search.judge import held_out
 from discrepancy.search.noise import noise_beside
+from discrepancy.search.outputs import output_losses, output_rows
 from discrepancy.search.state import State, refit
 from discrepancy.simulation import slots as s
 
@@ -38,11 +39,11 @@ class Judgement:
 
     Attributes:
         fall: fall of the held-out loss in noise variances.
-        closed: closed part of the gap, rms in units of one sample's noise.
+        closed: closed part of the gap by output, rms in units of one sample's noise, shape (C,).
     """
 
     fall: float
-    closed: float
+    closed: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,13 +55,13 @@ class Bench:
     sharp_problem: SimulationProblem
     sharp: Fit
     unit: float
-    bin_size: float
+    context: Context
 
     @property
-    def excess(self) -> float:
-        """What the model leaves beyond the noise, rms in units of one sample's noise."""
-        loss = max(0.0, self.state.fit.loss - self.problem.rows)
-        return float(np.sqrt(loss / self.problem.counted / self.bin_size))
+    def excess(self) -> FloatArray:
+        """What the model leaves beyond the noise, rms by output in units of one sample's noise, shape (C,)."""
+        losses = output_losses(self.problem, self.state.fit.residual)
+        return self.context.rms(self.problem, losses - output_rows(self.problem))
 
     def judge(self, sharp: FloatArray, white: FloatArray, without: tuple[int, ...] = ()) -> Judgement:
         """Judge columns of sensitivities, shape (N, k), beside the model's own (less those listed in `without`)."""
@@ -70,10 +71,11 @@ class Bench:
         fall = held_out(self.sharp_problem, own).loss - held_out(self.sharp_problem, more).loss
         fit = self.state.fit
         before = _at_optimum(fit, fit.jacobian[:, keep])
-        gained = before.loss - _at_optimum(fit, np.concatenate([before.jacobian, white], axis=1)).loss
+        after = _at_optimum(fit, np.concatenate([before.jacobian, white], axis=1))
+        gained = [output_losses(self.problem, one.residual) for one in (before, after)]
         by_chance = white.shape[1] * self.unit
-        closed = np.sqrt(max(0.0, gained - by_chance) / self.problem.counted / self.bin_size)
-        return Judgement(fall=float(fall / self.unit), closed=float(closed))
+        closed = self.context.rms(self.problem, gained[0] - gained[1] - by_chance)
+        return Judgement(fall=float(fall / self.unit), closed=closed)
 
 
 def _at_optimum(fit: Fit, columns: FloatArray) -> Fit:
@@ -90,7 +92,7 @@ def make_bench(problem: SimulationProblem, state: State, ranges: Ranges, context
     unit = again.fit.loss / problem.rows
     return Bench(
         problem=problem, state=white, sharp_problem=sharp, sharp=again.fit,
-        unit=max(1.0, unit) if context.repeat_noise else unit, bin_size=context.bin_size,
+        unit=max(1.0, unit) if context.repeat_noise else unit, context=context,
     )  # fmt: skip
 
 
@@ -104,8 +106,9 @@ class Curve:
 
 
 def share_of(bench: Bench, judged: Judgement) -> float:
-    """Return the part of the excess error that a judged curve closes, 0 to 1."""
-    return float(min(1.0, (judged.closed / max(bench.excess, 1e-150)) ** 2))
+    """Return the part of the excess error that a judged curve closes, 0 to 1, of the output of which it closes most."""
+    c = int(np.argmax(judged.closed))
+    return float(min(1.0, (judged.closed[c] / max(bench.excess[c], 1e-150)) ** 2))
 
 
 def judge_curves(bench: Bench, names: Mapping[str, str]) -> list[Curve]:
@@ -141,7 +144,7 @@ def judge_curves(bench: Bench, names: Mapping[str, str]) -> list[Curve]:
             shape=shape,
         )
         found.append(Curve(place=place, judged=judged, size=white.shape[1]))
-    return sorted(found, key=lambda curve: -curve.judged.closed)
+    return sorted(found, key=lambda curve: -float(np.linalg.norm(curve.judged.closed)))
 
 
 _DRIVERS = (

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeVar
 
@@ -16,6 +16,7 @@ from discrepancy.search.context import Context
 from discrepancy.search.judge import held_out
 from discrepancy.search.noise import noise_beside
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.outputs import output_losses, output_rows
 from discrepancy.search.same import Equivalent, exact_equivalents
 from discrepancy.search.state import SCAN_KEEP, State, polish, refit, refit_from, scan_effect, without
 
@@ -36,7 +37,7 @@ class Contender:
 
     Attributes:
         fall: by how much it lowers the held-out loss of the round's starting model, in noise variances.
-        closed: closed part of the gap, as rms in units of one sample's noise.
+        closed: closed part of the gap by output, as rms in units of one sample's noise, shape (C,).
         part: the closed part of the gap over the whole gap (rms), of the output of which it closes most.
         size: number of fitted parameters of its effects.
     """
@@ -45,7 +46,7 @@ class Contender:
     state: State
     white_loss: float
     fall: float = 0.0
-    closed: float = 0.0
+    closed: FloatArray = field(default_factory=lambda: np.zeros(1))
     part: float = 1.0
 
     @property
@@ -125,7 +126,7 @@ def _judge(
     reference = held_out(sharp, before.fit).loss / unit
     judged = []
     for contender, one in zip(finalists, again, strict=True):
-        closed = context.rms(problem, state.fit.loss - contender.white_loss)
+        closed = closed_amount(problem, context, (state, contender.state))
         fall = reference - held_out(sharp, one.fit).loss / unit
         part = closed_part(problem, state, contender.state)
         judged.append(replace(contender, state=one, fall=float(fall), closed=closed, part=part))
@@ -137,17 +138,17 @@ def _judge(
 
 def closed_part(problem: SimulationProblem, before: State, after: State) -> float:
     """Return the closed part of the gap (rms, 0 to 1) of the output of which the newer model closes most."""
-    losses = np.zeros((3, len(problem.series[0].channels)))
-    at = 0
-    for one in problem.series:
-        for c, channel in enumerate(one.channels):
-            rows = slice(at, at + one.n)
-            old, new = before.fit.residual[rows], after.fit.residual[rows]
-            losses[:, c] += old @ old, new @ new, np.count_nonzero(channel.weight)
-            at += one.n
+    old, new = (output_losses(problem, state.fit.residual) for state in (before, after))
+    rows = output_rows(problem)
     # A sum of squares of noise is itself uncertain: less than this is no gap at all.
-    gap = np.maximum(losses[0] - losses[2], 0.05 * losses[2] + 1e-300)
-    return float(np.sqrt(np.max(np.clip((losses[0] - losses[1]) / gap, 0.0, 1.0))))
+    gap = np.maximum(old - rows, 0.05 * rows + 1e-300)
+    return float(np.sqrt(np.max(np.clip((old - new) / gap, 0.0, 1.0))))
+
+
+def closed_amount(problem: SimulationProblem, context: Context, pair: tuple[State, State]) -> FloatArray:
+    """Return what the second model closes of the first one's gap, rms by output in units of one sample's noise."""
+    before, after = (output_losses(problem, state.fit.residual) for state in pair)
+    return context.rms(problem, before - after)
 
 
 def _ranked(judged: Sequence[Contender], rows: float, options: SearchOptions) -> list[Contender]:
@@ -247,7 +248,7 @@ def choose(
         c
         for c in judged
         if c.fall > context.alarm(options) + options.per_parameter * own_size(c)
-        and c.closed > max(least, _least_to_replace(c, state, options, context))
+        and np.any(c.closed > np.maximum(least, _least_to_replace(c, state, options, context)))
         and c.part > part
         and c.white_loss < (1.0 - options.material_rms) ** 2 * state.fit.loss
     ]
@@ -258,16 +259,18 @@ def choose(
         if rival.name not in EFFECTS[best.name].contains:
             continue
         # What the richer law closes beyond the simpler one, against all that it closes.
-        extra = np.sqrt(max(0.0, best.closed**2 - rival.closed**2))
-        if extra < max(context.material(options, state.present), options.simpler * best.closed):
+        extra = np.sqrt(np.maximum(0.0, best.closed**2 - rival.closed**2))
+        if np.all(extra < np.maximum(least, options.simpler * best.closed)):
             best = rival
     return best
 
 
-def _least_to_replace(contender: Contender, state: State, options: SearchOptions, context: Context) -> float:
+def _least_to_replace(
+    contender: Contender, state: State, options: SearchOptions, context: Context
+) -> FloatArray:
     """Return what a law that contains a named one must close: the round that took the simpler one asked it too."""
     replaced = set(EFFECTS[contender.name].contains) & set(state.added)
-    return options.simpler * context.closed if replaced else 0.0
+    return options.simpler * context.closed if replaced else np.zeros(1)
 
 
 def own_size(contender: Contender) -> int:
@@ -287,8 +290,8 @@ def equivalents_of(
             or winner.name in EFFECTS[rival.name].contains
         ):
             continue
-        apart = np.sqrt(max(0.0, winner.closed**2 - rival.closed**2))
-        if winner.fall - rival.fall < options.doubt or apart < 0.5 * context.material(options, ()):
+        apart = np.sqrt(np.maximum(0.0, winner.closed**2 - rival.closed**2))
+        if winner.fall - rival.fall < options.doubt or np.all(apart < 0.5 * context.material(options, ())):
             found.append(rival.name)
     found.extend(exact_equivalents(winner.state.added))
     return tuple(dict.fromkeys(found))
