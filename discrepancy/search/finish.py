@@ -172,9 +172,8 @@ def _conclude(
     if doubted:
         curves = judge_curves(make_bench(outcome.problem, kept[-1].state, ranges, context), names)
         places = [curve.place for curve in curves]
-        # What was seen beside the nearest laws says where the right one acts; without them its shape is whole again.
-        same = [p for p in places if doubt is not None and (p.port, p.driver) == (doubt.port, doubt.driver)]
-        doubt = next(iter([*same, *places]), doubt)
+        # What is seen beside the nearest laws is only their error of form: without them the whole of it shows again.
+        doubt = next(iter(places), doubt)
     return replace(outcome, steps=kept, unknown=doubt)
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
 
@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from discrepancy.effects.spec import Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.problem import SimulationProblem
+from discrepancy.search.choice import Contender, choose, equivalents_of, own_size
 from discrepancy.search.context import Context
 from discrepancy.search.judge import held_out
 from discrepancy.search.noise import noise_beside
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outputs import output_losses, output_rows
-from discrepancy.search.same import Equivalent, exact_equivalents
+from discrepancy.search.same import Equivalent
 from discrepancy.search.state import SCAN_KEEP, State, polish, refit, refit_from, scan_effect, without
 
 FloatArray = NDArray[np.float64]
@@ -29,30 +30,6 @@ OVERWHELMING = 0.5
 """A law comes first whatever its held-out loss if it leaves less than this part of what any other leaves."""
 WORTH = 0.9
 """A law is a start for richer ones if it leaves less than this part of the squared error."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Contender:
-    """A fitted candidate of one round.
-
-    Attributes:
-        fall: by how much it lowers the held-out loss of the round's starting model, in noise variances.
-        closed: closed part of the gap by output, as rms in units of one sample's noise, shape (C,).
-        part: the closed part of the gap over the whole gap (rms), of the output of which it closes most.
-        size: number of fitted parameters of its effects.
-    """
-
-    name: str
-    state: State
-    white_loss: float
-    fall: float = 0.0
-    closed: FloatArray = field(default_factory=lambda: np.zeros(1))
-    part: float = 1.0
-
-    @property
-    def size(self) -> int:
-        """Number of fitted parameters of all added effects."""
-        return self.state.size
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -232,66 +209,3 @@ def _noise_unit(problem: SimulationProblem, before: State, again: Sequence[State
     """Return the noise variance of a whitened sample: known from repeats, else what the best model leaves."""
     best = min(one.fit.loss for one in (before, *again)) / problem.rows
     return max(1.0, best) if known else best
-
-
-def choose(
-    judged: Sequence[Contender], options: SearchOptions, before: tuple[State, Context]
-) -> Contender | None:
-    """Return the contender to add: significant, material, and the simplest among those that do the same."""
-    state, context = before
-    least = context.material(options, state.present)
-    part = 0.0
-    if context.repeat_noise is not None:
-        # A name whose gap hardly shrinks is not a name: it would only patch the form of what is missing.
-        part = options.later_part if state.added else options.first_part
-    passing = [
-        c
-        for c in judged
-        if c.fall > context.alarm(options) + options.per_parameter * own_size(c)
-        and np.any(c.closed > np.maximum(least, _least_to_replace(c, state, options, context)))
-        and c.part > part
-        and c.white_loss < (1.0 - options.material_rms) ** 2 * state.fit.loss
-    ]
-    if not passing:
-        return None
-    best = passing[0]
-    for rival in passing[1:]:
-        if rival.name not in EFFECTS[best.name].contains:
-            continue
-        # What the richer law closes beyond the simpler one, against all that it closes.
-        extra = np.sqrt(np.maximum(0.0, best.closed**2 - rival.closed**2))
-        if np.all(extra < np.maximum(least, options.simpler * best.closed)):
-            best = rival
-    return best
-
-
-def _least_to_replace(
-    contender: Contender, state: State, options: SearchOptions, context: Context
-) -> FloatArray:
-    """Return what a law that contains a named one must close: the round that took the simpler one asked it too."""
-    replaced = set(EFFECTS[contender.name].contains) & set(state.added)
-    return options.simpler * context.closed if replaced else np.zeros(1)
-
-
-def own_size(contender: Contender) -> int:
-    """Return how many parameters the newest effect brought."""
-    return sum(1 for p in contender.state.fit.parameters if p.owner == contender.name)
-
-
-def equivalents_of(
-    winner: Contender, judged: Sequence[Contender], options: SearchOptions, context: Context
-) -> tuple[Equivalent, ...]:
-    """Return the rivals that this data cannot tell from the winner."""
-    found: list[Equivalent] = []
-    for rival in judged:
-        if (
-            rival.name == winner.name
-            or rival.fall <= context.alarm(options)
-            or winner.name in EFFECTS[rival.name].contains
-        ):
-            continue
-        apart = np.sqrt(np.maximum(0.0, winner.closed**2 - rival.closed**2))
-        if winner.fall - rival.fall < options.doubt or np.all(apart < 0.5 * context.material(options, ())):
-            found.append(rival.name)
-    found.extend(exact_equivalents(winner.state.added))
-    return tuple(dict.fromkeys(found))

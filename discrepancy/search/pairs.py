@@ -11,8 +11,9 @@ import numpy as np
 
 from discrepancy.effects.spec import Ranges
 from discrepancy.fitting.problem import SimulationProblem
+from discrepancy.search.choice import Contender
 from discrepancy.search.context import Context
-from discrepancy.search.greedy import Contender, Round, closed_amount, run_round
+from discrepancy.search.greedy import Round, closed_amount, run_round
 from discrepancy.search.judge import held_out
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outputs import output_losses, output_rows
