@@ -137,7 +137,10 @@ def result_step(
     first = list(places[:3])
     if step.added is not None:
         first = _own_place_first(step.added, first)
-    evidence: dict[str, float | int | str] = {"held_out_gain": step.fall, "closed_in_noise": step.closed}
+    evidence: dict[str, float | int | str] = {
+        "held_out_gain": step.fall,
+        "closed_in_noise": float(np.max(step.closed)),
+    }
     return ResultStep(
         added=step.added,
         parameters={name: q for (own, name), q in values.items() if own == owner and name not in NUISANCES},
@@ -201,13 +204,17 @@ def rejected_candidates(outcome: SearchOutcome, options: SearchOptions) -> tuple
                 continue
             if contender.fall <= options.alarm:
                 reason = "does not predict the held-out blocks better"
-            elif contender.closed <= options.material_noise:
+            elif np.all(contender.closed <= options.material_noise):
                 reason = "significant but too small to matter"
             else:
                 reason = "helps, but less than the effect that was taken"
             found.append(
                 Rejected(
-                    round=i, id=contender.name, fall=contender.fall, closed=contender.closed, reason=reason
+                    round=i,
+                    id=contender.name,
+                    fall=contender.fall,
+                    closed=float(np.max(contender.closed)),
+                    reason=reason,
                 )
             )
     return tuple(found)

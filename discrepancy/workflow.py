@@ -37,6 +37,7 @@ from discrepancy.search.finish import search
 from discrepancy.search.free_run import refine_free_run
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.outputs import output_losses, output_rows
 from discrepancy.search.state import State, with_best_smoothing
 from discrepancy.simulation import slots as s
 from discrepancy.torque.limits import TorqueLimits
@@ -177,18 +178,15 @@ def prepare_simulation(model: JointModel, train: Sequence[Series], executor: Exe
     prepared = _finish_preparation(model, problem, (timing, factor, executor))
     levels = prepared.problem.noise.sigma
     floor = noise_floor(train, prepared.problem, factor)
-    ratio = float(np.mean([(floor[name] / levels[name]) ** 2 for name in floor]))
+    channels = binned[0].channels
+    ratio = np.array([(floor[c.name] / levels[c.name]) ** 2 for c in channels])
     sizes = [
         float(np.std(np.concatenate([one.channels[c].values for one in binned]))) / floor[channel.name]
-        for c, channel in enumerate(binned[0].channels)
+        for c, channel in enumerate(channels)
     ]
-    left = max(0.0, prepared.state.fit.loss - prepared.problem.rows) / prepared.problem.counted / ratio
-    context = replace(
-        prepared.context,
-        bin_size=ratio,
-        signal=float(np.sqrt(np.mean(np.square(sizes)))),
-        gap=float(np.sqrt(left)),
-    )
+    left = output_losses(prepared.problem, prepared.state.fit.residual) - output_rows(prepared.problem)
+    context = replace(prepared.context, bin_size=ratio, signal=np.array(sizes))
+    context = replace(context, gap=context.rms(prepared.problem, left))
     return replace(prepared, noise_floor=floor, context=context)
 
 
@@ -231,7 +229,8 @@ def _finish_preparation(
         problem=problem, state=state, ranges=ranges, noise_floor=floor, repeats=len(pairs), timing=timing,
         factor=factor,
         context=Context(
-            executor=executor, repeat_noise=repeat, bin_size=factor, excluded=parameters_in_disguise(model),
+            executor=executor, repeat_noise=repeat, bin_size=np.full(1, float(factor)),
+            excluded=parameters_in_disguise(model),
             scout=None if is_torque else scout_problem(problem),
             pairs=tuple(pairs) if len(problem.series) == records else (),
         ),

@@ -2,19 +2,23 @@
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from discrepancy.data.repeats import Pair
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.problem import Noise, SimulationProblem
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.outputs import output_counts
+
+FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Context:
-    """What a round needs besides data and model.
+    """What a round needs besides data and model. Amounts have one number for each output, shape (C,) or (1,).
 
     Attributes:
         repeat_noise: noise model that repeats show, None without repeats.
@@ -29,25 +33,26 @@ class Context:
 
     executor: Executor | None
     repeat_noise: Noise | None
-    bin_size: float
+    bin_size: FloatArray
     excluded: frozenset[str] = frozenset()
-    closed: float = 0.0
+    closed: FloatArray = field(default_factory=lambda: np.zeros(1))
     scout: SimulationProblem | None = None
-    signal: float = 0.0
-    gap: float = 0.0
+    signal: FloatArray = field(default_factory=lambda: np.zeros(1))
+    gap: FloatArray = field(default_factory=lambda: np.zeros(1))
     pairs: tuple[Pair, ...] = ()
 
-    def rms(self, problem: SimulationProblem, loss: float) -> float:
-        """Return what a sum of squares beyond the noise amounts to, rms in units of one sample's noise."""
-        return float(np.sqrt(max(0.0, loss) / problem.counted / self.bin_size))
+    def rms(self, problem: SimulationProblem, losses: FloatArray) -> FloatArray:
+        """Return what each output's sum of squares beyond the noise amounts to, rms in units of one sample's noise."""
+        return np.asarray(np.sqrt(np.maximum(0.0, losses) / output_counts(problem) / self.bin_size))
 
     def alarm(self, options: SearchOptions) -> float:
         """Return the least fall of the held-out loss; noise read off the residual itself is trusted less."""
         unsure = self.repeat_noise is None and self.scout is not None
         return options.alarm * (options.unsure if unsure else 1.0)
 
-    def material(self, options: SearchOptions, present: Sequence[str]) -> float:
-        """Return the least closed gap that counts, in units of one sample's noise."""
+    def material(self, options: SearchOptions, present: Sequence[str]) -> FloatArray:
+        """Return the least closed gap that counts, in units of one sample's noise, by output."""
         chaotic = any(EFFECTS[name].chaotic for name in present)
         tolerance = options.chaotic_form_error if chaotic else options.form_error
-        return max(options.material_noise, options.material_signal * self.signal, tolerance * self.closed)
+        of_signal = options.material_signal * self.signal
+        return np.asarray(np.maximum(np.maximum(options.material_noise, of_signal), tolerance * self.closed))

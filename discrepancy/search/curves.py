@@ -17,10 +17,11 @@ from discrepancy.data.series import CURRENT, POSITION, SPEED, Series
 from discrepancy.effects.spec import Port, Ranges
 from discrepancy.fitting.levenberg import Fit, project_starts
 from discrepancy.fitting.problem import SimulationProblem
-from discrepancy.locate import Place, hat_basis, region_of, spread_knots
+from discrepancy.locate import KNOTS, Place, hat_basis, region_of, spread_knots
 from discrepancy.search.context import Context
 from discrepancy.search.judge import held_out
 from discrepancy.search.noise import noise_beside
+from discrepancy.search.outputs import output_losses, output_rows
 from discrepancy.search.state import State, refit
 from discrepancy.simulation import slots as s
 
@@ -29,6 +30,9 @@ FloatArray = NDArray[np.float64]
 _SLOPE_S = 0.01
 """The slope of the input is taken over this time."""
 _DRIFT_KNOTS = 5
+FEW_KNOTS = 6
+_UNDIVIDED = frozenset({"time", "uneven", "slope"})
+"""Signals whose curves have a number of knots of their own, and no region."""
 _SHAPE_RANK = 3e-3
 _RANK = 3e-7
 
@@ -39,11 +43,11 @@ class Judgement:
 
     Attributes:
         fall: fall of the held-out loss in noise variances.
-        closed: closed part of the gap, rms in units of one sample's noise.
+        closed: closed part of the gap by output, rms in units of one sample's noise, shape (C,).
     """
 
     fall: float
-    closed: float
+    closed: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,13 +59,13 @@ class Bench:
     sharp_problem: SimulationProblem
     sharp: Fit
     unit: float
-    bin_size: float
+    context: Context
 
     @property
-    def excess(self) -> float:
-        """What the model leaves beyond the noise, rms in units of one sample's noise."""
-        loss = max(0.0, self.state.fit.loss - self.problem.rows)
-        return float(np.sqrt(loss / self.problem.counted / self.bin_size))
+    def excess(self) -> FloatArray:
+        """What the model leaves beyond the noise, rms by output in units of one sample's noise, shape (C,)."""
+        losses = output_losses(self.problem, self.state.fit.residual)
+        return self.context.rms(self.problem, losses - output_rows(self.problem))
 
     def judge(self, sharp: FloatArray, white: FloatArray, without: tuple[int, ...] = ()) -> Judgement:
         """Judge columns of sensitivities, shape (N, k), beside the model's own (less those listed in `without`)."""
@@ -71,10 +75,11 @@ class Bench:
         fall = held_out(self.sharp_problem, own).loss - held_out(self.sharp_problem, more).loss
         fit = self.state.fit
         before = _at_optimum(fit, fit.jacobian[:, keep])
-        gained = before.loss - _at_optimum(fit, np.concatenate([before.jacobian, white], axis=1)).loss
+        after = _at_optimum(fit, np.concatenate([before.jacobian, white], axis=1))
+        gained = [output_losses(self.problem, one.residual) for one in (before, after)]
         by_chance = white.shape[1] * self.unit
-        closed = np.sqrt(max(0.0, gained - by_chance) / self.problem.counted / self.bin_size)
-        return Judgement(fall=float(fall / self.unit), closed=float(closed))
+        closed = self.context.rms(self.problem, gained[0] - gained[1] - by_chance)
+        return Judgement(fall=float(fall / self.unit), closed=closed)
 
 
 def _at_optimum(fit: Fit, columns: FloatArray) -> Fit:
@@ -105,7 +110,7 @@ def make_bench(problem: SimulationProblem, state: State, ranges: Ranges, context
     unit = again.fit.loss / problem.rows
     return Bench(
         problem=problem, state=white, sharp_problem=sharp, sharp=again.fit,
-        unit=max(1.0, unit) if context.repeat_noise else unit, bin_size=context.bin_size,
+        unit=max(1.0, unit) if context.repeat_noise else unit, context=context,
     )  # fmt: skip
 
 
@@ -119,52 +124,82 @@ class Curve:
 
 
 def share_of(bench: Bench, judged: Judgement) -> float:
-    """Return the part of the excess error that a judged curve closes, 0 to 1."""
-    return float(min(1.0, (judged.closed / max(bench.excess, 1e-150)) ** 2))
+    """Return the part of the excess error that a judged curve closes, 0 to 1, of the output of which it closes most."""
+    c = int(np.argmax(judged.closed))
+    return float(min(1.0, (judged.closed[c] / max(bench.excess[c], 1e-150)) ** 2))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Axis:
+    """One way to draw a curve: which signal, how it acts, the catalogue's word for it, and how many knots at most."""
+
+    key: str
+    port: Port
+    driver: str
+    knots: int
 
 
 def judge_curves(bench: Bench, names: Mapping[str, str]) -> list[Curve]:
-    """Judge a curve over each variable, the one that closes most first."""
-    state, problem = bench.state, bench.problem
-    outputs = problem.simulate(state.fit.vector, state.fit.starts)
+    """Judge a curve over each variable; those that predict come first, the one that closes most before the others.
+
+    Each is drawn with few knots and with many, and counts as the one that predicts better: many knots follow a law that
+    bends sharply, few stay where only one stretch of a record has been.
+    """
+    problem = bench.problem
+    outputs = problem.simulate(bench.state.fit.vector, bench.state.fit.starts)
     signals = [_signals(one, out) for one, out in zip(problem.series, outputs, strict=True)]
     rows = {channel.row for channel in problem.series[0].channels}
     found = []
     for key, port, driver in _DRIVERS:
         if key not in signals[0] or (port is Port.CURRENT and key == "input" and CURRENT not in rows):
             continue
-        knots, parts = _parts(key, signals)
-        responses = [
-            _responses(one, out, part, (port, key, state.fit.vector))
-            for one, out, part in zip(problem.series, outputs, parts, strict=True)
-        ]
-        white = project_starts(problem, state.fit, _flat(problem, responses))
-        if not np.any(white):
-            continue
-        sharp = project_starts(bench.sharp_problem, bench.sharp, _flat(bench.sharp_problem, responses))
-        judged = bench.judge(sharp, white)
-        shape = _shape(knots, white, state.fit)
-        x = np.concatenate([one[key] for one in signals])
-        region = None
-        if knots.size > 2 and key != "time":
-            region = region_of(x, np.interp(x, knots, [y for _, y in shape]) ** 2)
-        place = Place(
-            port=port,
-            driver=names.get(driver, driver),
-            region=region,
-            share=share_of(bench, judged),
-            shape=shape,
-        )
-        found.append(Curve(place=place, judged=judged, size=white.shape[1]))
-    return sorted(found, key=lambda curve: -curve.judged.closed)
+        counts = (KNOTS,) if key in _UNDIVIDED else (KNOTS, FEW_KNOTS)
+        axes = [_Axis(key=key, port=port, driver=names.get(driver, driver), knots=count) for count in counts]
+        drawn = [_judge_curve(bench, (signals, outputs), axis) for axis in axes]
+        known = [curve for curve in drawn if curve is not None]
+        if known:
+            found.append(max(known, key=lambda curve: curve.judged.fall))
+    return sorted(found, key=lambda c: (c.judged.fall <= 0.0, -float(np.linalg.norm(c.judged.closed))))
+
+
+def _judge_curve(
+    bench: Bench, simulated: tuple[list[dict[str, FloatArray]], list[FloatArray]], axis: _Axis
+) -> Curve | None:
+    """Judge one curve; None where the outputs do not show it."""
+    state, problem = bench.state, bench.problem
+    signals, outputs = simulated
+    knots, parts = _parts(axis.key, signals, axis.knots)
+    responses = [
+        _responses(one, out, part, (axis.port, axis.key, state.fit.vector))
+        for one, out, part in zip(problem.series, outputs, parts, strict=True)
+    ]
+    white = project_starts(problem, state.fit, _flat(problem, responses))
+    if not np.any(white):
+        return None
+    sharp = project_starts(bench.sharp_problem, bench.sharp, _flat(bench.sharp_problem, responses))
+    judged = bench.judge(sharp, white)
+    shape = _shape(knots, white, state.fit)
+    if axis.key == "uneven":
+        # Drawn is what has come at the largest input by the end.
+        shape = ((shape[0][0], 0.0), (shape[1][0], shape[0][1]))
+    region = None
+    if axis.key not in _UNDIVIDED:
+        x = np.concatenate([one[axis.key] for one in signals])
+        region = region_of(x, np.interp(x, knots, [y for _, y in shape]) ** 2)
+    place = Place(
+        port=axis.port, driver=axis.driver, region=region, share=share_of(bench, judged), shape=shape
+    )
+    return Curve(place=place, judged=judged, size=white.shape[1])
 
 
 _DRIVERS = (
     ("speed", Port.TORQUE, "speed"),
     ("position", Port.TORQUE, "position"),
+    ("dry", Port.TORQUE, "position"),
     ("input", Port.TORQUE, "input"),
     ("acceleration", Port.TORQUE, "acceleration"),
     ("time", Port.TORQUE, "time"),
+    ("uneven", Port.TORQUE, "time"),
     ("slope", Port.CURRENT, "frequency"),
     ("input", Port.CURRENT, "input"),
     ("speed", Port.SENSOR, "speed"),
@@ -192,27 +227,46 @@ def _signals(one: Series, output: FloatArray) -> dict[str, FloatArray]:
         "input": one.input,
         "acceleration": np.asarray(np.gradient(speed, one.time_s)),
         "time": one.time_s,
+        "uneven": one.time_s,
         "slope": np.asarray(np.gradient(gaussian_filter1d(one.input, width), one.time_s)),
     }
     if one.angle.size:
-        found["position"] = one.angle
+        found["position"] = found["dry"] = one.angle
     return found
 
 
-def _parts(key: str, signals: list[dict[str, FloatArray]]) -> tuple[FloatArray, list[FloatArray]]:
+def _parts(key: str, signals: list[dict[str, FloatArray]], count: int) -> tuple[FloatArray, list[FloatArray]]:
     """Return the knots of a curve over a variable, and for each record the parts of the curve, shape (n, k)."""
     x = np.concatenate([one[key] for one in signals])
     if key == "slope":
         top = float(np.max(np.abs(x)))
         return np.array([top]), [one[key][:, None] / top for one in signals]
+    if key == "uneven":
+        return np.array([float(x.min()), float(x.max())]), _uneven(signals)
     if key != "time":
-        knots = spread_knots(x)
-        return knots, [hat_basis(one[key], knots) for one in signals]
+        knots = spread_knots(x, count)
+        hats = [hat_basis(one[key], knots) for one in signals]
+        if key == "dry":
+            # A friction whose level depends on the place opposes the motion.
+            hats = [-hat * np.sign(one["speed"])[:, None] for hat, one in zip(hats, signals, strict=True)]
+        return knots, hats
     knots = np.linspace(float(x.min()), float(x.max()), _DRIFT_KNOTS)
     hats = [hat_basis(one[key], knots) for one in signals]
     return knots, [
         np.concatenate([hat * one["speed"][:, None], hat * one["input"][:, None]], axis=1)
         for hat, one in zip(hats, signals, strict=True)
+    ]
+
+
+def _uneven(signals: list[dict[str, FloatArray]]) -> list[FloatArray]:
+    """Return torques whose drift is not in proportion to the input or the speed: what warms up may be bent itself."""
+    top = {
+        key: max(float(np.max(np.abs(one[key]))) for one in signals) + 1e-300 for key in ("input", "speed")
+    }
+    last = max(float(one["time"][-1] - one["time"][0]) for one in signals)
+    return [
+        np.stack([(one["time"] - one["time"][0]) / last * (one[key] / top[key]) ** 3 for key in top], axis=1)
+        for one in signals
     ]
 
 

@@ -45,14 +45,15 @@ def find_doubt(
     bench = make_bench(problem, state, ranges, context)
     material = context.material(options, state.present)
 
-    def admits(found: Judgement, size: int, least: float) -> bool:
-        return found.fall > context.alarm(options) + options.per_parameter * size and found.closed > least
+    def admits(found: Judgement, size: int, least: FloatArray) -> bool:
+        seen = bool(np.any(found.closed > least))
+        return seen and found.fall > context.alarm(options) + options.per_parameter * size
 
     own = {EFFECTS[name].driver for name in state.present}
 
-    def least(curve: Curve) -> float:
+    def least(curve: Curve) -> FloatArray:
         is_own = bool(called(curve.place, names) & own)
-        return max(material, options.own_form_error * context.closed) if is_own else material
+        return np.maximum(material, options.own_form_error * context.closed) if is_own else material
 
     curves = judge_curves(bench, names)
     for curve in curves:
@@ -68,7 +69,8 @@ def find_doubt(
     if context.repeat_noise is not None and curves:
         left = bench.excess
         part = options.chaotic_left_gap if state.is_chaotic else options.left_gap
-        if left > max(options.left_noise, options.left_signal * context.signal, part * context.gap):
+        least_left = np.maximum(options.left_noise, options.left_signal * context.signal)
+        if np.any(left > np.maximum(least_left, part * context.gap)):
             return curves[0].place
     return None
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from discrepancy.data.series import TORQUE
 from discrepancy.effects.spec import Port, Ranges
@@ -13,7 +14,7 @@ from discrepancy.locate import Place, locate
 from discrepancy.search.context import Context
 from discrepancy.search.curves import Bench, called, judge_curves, make_bench
 from discrepancy.search.doubts import find_doubt
-from discrepancy.search.greedy import Round, run_round
+from discrepancy.search.greedy import Round, closed_amount, run_round
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.pairs import find_pair
@@ -29,6 +30,7 @@ from discrepancy.search.state import (
     without,
 )
 
+FloatArray = NDArray[np.float64]
 LONG_WAY = 30
 MANY_MINOR = 3
 MINOR_SHARE = 0.15
@@ -45,7 +47,7 @@ class Step:
     added: str | None
     equivalents: tuple[Equivalent, ...] = ()
     fall: float = 0.0
-    closed: float = 0.0
+    closed: FloatArray = field(default_factory=lambda: np.zeros(1))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,7 +104,7 @@ def search(
     """Add effects while one helps significantly and materially."""
     steps = [Step(state=state, added=None)]
     rounds: list[Round] = []
-    current, closed = state, 0.0
+    current, closed = state, np.zeros(1)
     # Adding and pruning could follow each other for ever: the number of rounds is bounded too.
     while len(current.added) < options.most_effects and len(rounds) < 2 * options.most_effects:
         done = run_round(problem, current, ranges, options, replace(context, closed=closed))
@@ -131,8 +133,8 @@ def search(
 
 
 def _accept(
-    problem: SimulationProblem, done: Round, ranges: Ranges, closed: float
-) -> tuple[State, float, Step]:
+    problem: SimulationProblem, done: Round, ranges: Ranges, closed: FloatArray
+) -> tuple[State, FloatArray, Step]:
     """Return the winner's model fitted again, all that was closed so far, and its step."""
     winner = done.winner
     if winner is None:
@@ -144,7 +146,7 @@ def _accept(
     step = Step(
         state=current, added=winner.name, equivalents=done.equivalents, fall=winner.fall, closed=winner.closed
     )
-    return current, float(np.hypot(closed, winner.closed)), step
+    return current, np.hypot(closed, winner.closed), step
 
 
 def _quieter(problem: SimulationProblem, state: State, context: Context) -> tuple[SimulationProblem, Context]:
@@ -170,9 +172,8 @@ def _conclude(
     if doubted:
         curves = judge_curves(make_bench(outcome.problem, kept[-1].state, ranges, context), names)
         places = [curve.place for curve in curves]
-        # What was seen beside the nearest laws says where the right one acts; without them its shape is whole again.
-        same = [p for p in places if doubt is not None and (p.port, p.driver) == (doubt.port, doubt.driver)]
-        doubt = next(iter([*same, *places]), doubt)
+        # What is seen beside the nearest laws is only their error of form: without them the whole of it shows again.
+        doubt = next(iter(places), doubt)
     return replace(outcome, steps=kept, unknown=doubt)
 
 
@@ -189,8 +190,13 @@ def _shaken(
     return {
         str(step.added)
         for step in outcome.steps[1:]
-        if _place_of(step) == place or left > SHAKEN * step.closed
+        if _place_of(step) == place or not np.any(_stands_out(step, left))
     }
+
+
+def _stands_out(step: Step, left: FloatArray) -> NDArray[np.bool_]:
+    """Return in which outputs a step closed much more than what is left, shape (C,)."""
+    return np.asarray((step.closed > SearchOptions().material_noise) & (left <= SHAKEN * step.closed))
 
 
 def _driver_id(place: Place, names: Mapping[str, str]) -> str:
@@ -228,7 +234,7 @@ def prune(
     problem: SimulationProblem,
     found: tuple[State, list[Step]],
     ranges: Ranges,
-    limits: tuple[SearchOptions, Context, float],
+    limits: tuple[SearchOptions, Context, FloatArray],
 ) -> tuple[State, list[Step]]:
     """Drop earlier effects that the newest one has made unnecessary, and replace laws by simpler ones that do as well.
 
@@ -243,16 +249,16 @@ def prune(
     visible = replace(context, closed=closed).material(options, ())
     for name in current.added[:-1]:
         trial = refit(problem, without(current, [name]), ranges, 8)
-        lost = context.rms(problem, trial.fit.loss - current.fit.loss)
-        if lost < visible:
+        lost = closed_amount(problem, context, (trial, current))
+        if np.all(lost < visible):
             current = trial
             steps = [step for step in steps if step.added != name]
             steps[-1] = replace(steps[-1], state=trial)
     for name in current.added:
         for simple in EFFECTS[name].contains:
             trial = _simplified(problem, current, (name, simple), ranges)
-            lost = context.rms(problem, trial.fit.loss - current.fit.loss)
-            if lost < visible:
+            lost = closed_amount(problem, context, (trial, current))
+            if np.all(lost < visible):
                 current = trial
                 steps = [replace(st, added=simple) if st.added == name else st for st in steps]
                 steps[-1] = replace(steps[-1], state=trial)
@@ -276,8 +282,8 @@ def patchwork(outcome: SearchOutcome) -> frozenset[str]:
     three or more small ones over any variable.
     """
     added = [step for step in outcome.steps if step.added is not None]
-    total = float(np.sqrt(sum(step.closed**2 for step in added)))
-    minor = [step for step in added if step.closed < MINOR_SHARE * total]
+    total = np.sqrt(sum((step.closed**2 for step in added), np.zeros(1)))
+    minor = [step for step in added if np.all(step.closed < MINOR_SHARE * total)]
     doubted = {str(step.added) for step in minor} if len(minor) >= MANY_MINOR else set()
     for small in minor:
         for big in added:

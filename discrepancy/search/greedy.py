@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from discrepancy.effects.spec import Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.problem import SimulationProblem
+from discrepancy.search.choice import Contender, choose, equivalents_of, own_size
 from discrepancy.search.context import Context
 from discrepancy.search.judge import held_out
 from discrepancy.search.noise import noise_beside
 from discrepancy.search.options import SearchOptions
-from discrepancy.search.same import Equivalent, exact_equivalents
+from discrepancy.search.outputs import output_losses, output_rows
+from discrepancy.search.same import Equivalent
 from discrepancy.search.state import SCAN_KEEP, State, polish, refit, refit_from, scan_effect, without
 
 FloatArray = NDArray[np.float64]
@@ -28,30 +30,6 @@ OVERWHELMING = 0.5
 """A law comes first whatever its held-out loss if it leaves less than this part of what any other leaves."""
 WORTH = 0.9
 """A law is a start for richer ones if it leaves less than this part of the squared error."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Contender:
-    """A fitted candidate of one round.
-
-    Attributes:
-        fall: by how much it lowers the held-out loss of the round's starting model, in noise variances.
-        closed: closed part of the gap, as rms in units of one sample's noise.
-        part: the closed part of the gap over the whole gap (rms), of the output of which it closes most.
-        size: number of fitted parameters of its effects.
-    """
-
-    name: str
-    state: State
-    white_loss: float
-    fall: float = 0.0
-    closed: float = 0.0
-    part: float = 1.0
-
-    @property
-    def size(self) -> int:
-        """Number of fitted parameters of all added effects."""
-        return self.state.size
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,7 +103,7 @@ def _judge(
     reference = held_out(sharp, before.fit).loss / unit
     judged = []
     for contender, one in zip(finalists, again, strict=True):
-        closed = context.rms(problem, state.fit.loss - contender.white_loss)
+        closed = closed_amount(problem, context, (state, contender.state))
         fall = reference - held_out(sharp, one.fit).loss / unit
         part = closed_part(problem, state, contender.state)
         judged.append(replace(contender, state=one, fall=float(fall), closed=closed, part=part))
@@ -137,17 +115,17 @@ def _judge(
 
 def closed_part(problem: SimulationProblem, before: State, after: State) -> float:
     """Return the closed part of the gap (rms, 0 to 1) of the output of which the newer model closes most."""
-    losses = np.zeros((3, len(problem.series[0].channels)))
-    at = 0
-    for one in problem.series:
-        for c, channel in enumerate(one.channels):
-            rows = slice(at, at + one.n)
-            old, new = before.fit.residual[rows], after.fit.residual[rows]
-            losses[:, c] += old @ old, new @ new, np.count_nonzero(channel.weight)
-            at += one.n
+    old, new = (output_losses(problem, state.fit.residual) for state in (before, after))
+    rows = output_rows(problem)
     # A sum of squares of noise is itself uncertain: less than this is no gap at all.
-    gap = np.maximum(losses[0] - losses[2], 0.05 * losses[2] + 1e-300)
-    return float(np.sqrt(np.max(np.clip((losses[0] - losses[1]) / gap, 0.0, 1.0))))
+    gap = np.maximum(old - rows, 0.05 * rows + 1e-300)
+    return float(np.sqrt(np.max(np.clip((old - new) / gap, 0.0, 1.0))))
+
+
+def closed_amount(problem: SimulationProblem, context: Context, pair: tuple[State, State]) -> FloatArray:
+    """Return what the second model closes of the first one's gap, rms by output in units of one sample's noise."""
+    before, after = (output_losses(problem, state.fit.residual) for state in pair)
+    return context.rms(problem, before - after)
 
 
 def _ranked(judged: Sequence[Contender], rows: float, options: SearchOptions) -> list[Contender]:
@@ -231,64 +209,3 @@ def _noise_unit(problem: SimulationProblem, before: State, again: Sequence[State
     """Return the noise variance of a whitened sample: known from repeats, else what the best model leaves."""
     best = min(one.fit.loss for one in (before, *again)) / problem.rows
     return max(1.0, best) if known else best
-
-
-def choose(
-    judged: Sequence[Contender], options: SearchOptions, before: tuple[State, Context]
-) -> Contender | None:
-    """Return the contender to add: significant, material, and the simplest among those that do the same."""
-    state, context = before
-    least = context.material(options, state.present)
-    part = 0.0
-    if context.repeat_noise is not None:
-        # A name whose gap hardly shrinks is not a name: it would only patch the form of what is missing.
-        part = options.later_part if state.added else options.first_part
-    passing = [
-        c
-        for c in judged
-        if c.fall > context.alarm(options) + options.per_parameter * own_size(c)
-        and c.closed > max(least, _least_to_replace(c, state, options, context))
-        and c.part > part
-        and c.white_loss < (1.0 - options.material_rms) ** 2 * state.fit.loss
-    ]
-    if not passing:
-        return None
-    best = passing[0]
-    for rival in passing[1:]:
-        if rival.name not in EFFECTS[best.name].contains:
-            continue
-        # What the richer law closes beyond the simpler one, against all that it closes.
-        extra = np.sqrt(max(0.0, best.closed**2 - rival.closed**2))
-        if extra < max(context.material(options, state.present), options.simpler * best.closed):
-            best = rival
-    return best
-
-
-def _least_to_replace(contender: Contender, state: State, options: SearchOptions, context: Context) -> float:
-    """Return what a law that contains a named one must close: the round that took the simpler one asked it too."""
-    replaced = set(EFFECTS[contender.name].contains) & set(state.added)
-    return options.simpler * context.closed if replaced else 0.0
-
-
-def own_size(contender: Contender) -> int:
-    """Return how many parameters the newest effect brought."""
-    return sum(1 for p in contender.state.fit.parameters if p.owner == contender.name)
-
-
-def equivalents_of(
-    winner: Contender, judged: Sequence[Contender], options: SearchOptions, context: Context
-) -> tuple[Equivalent, ...]:
-    """Return the rivals that this data cannot tell from the winner."""
-    found: list[Equivalent] = []
-    for rival in judged:
-        if (
-            rival.name == winner.name
-            or rival.fall <= context.alarm(options)
-            or winner.name in EFFECTS[rival.name].contains
-        ):
-            continue
-        apart = np.sqrt(max(0.0, winner.closed**2 - rival.closed**2))
-        if winner.fall - rival.fall < options.doubt or apart < 0.5 * context.material(options, ()):
-            found.append(rival.name)
-    found.extend(exact_equivalents(winner.state.added))
-    return tuple(dict.fromkeys(found))

@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from discrepancy.design.excitations import RAMP_S
 from discrepancy.design.limits import RigLimits, limits_of_records
 from discrepancy.design.measurements import other_measurement
@@ -16,6 +18,7 @@ from discrepancy.search.finish import SearchOutcome, Step
 from discrepancy.search.greedy import Round
 from discrepancy.search.judge import robust_covariance
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.outputs import output_counts
 from discrepancy.search.same import Equivalent, exact_equivalents
 
 POOR_ERROR = 0.05
@@ -110,8 +113,9 @@ def _needed(outcome: SearchOutcome, duration_s: float) -> float:
     """Return the distance, in noise variances of a binned sample, at which the search tells two rivals apart."""
     options, problem, context = SearchOptions(), outcome.problem, outcome.context
     visible = 0.5 * context.material(options, ())
-    bins = problem.counted + duration_s / problem.series[0].step * len(problem.series[0].channels)
-    return SAFETY * max(options.doubt, visible**2 * bins * context.bin_size)
+    bins = output_counts(problem) + duration_s / problem.series[0].step
+    # The output that tells them apart first suffices.
+    return SAFETY * max(options.doubt, float(np.min(visible**2 * bins * context.bin_size)))
 
 
 def _between(stage: Stage, rivals: Sequence[Rival], outcome: SearchOutcome) -> Entry | None:

@@ -7,12 +7,16 @@ false-alarm limit of a search over so many more models, and nearly all of the ga
 
 from dataclasses import replace
 
+import numpy as np
+
 from discrepancy.effects.spec import Ranges
 from discrepancy.fitting.problem import SimulationProblem
+from discrepancy.search.choice import Contender
 from discrepancy.search.context import Context
-from discrepancy.search.greedy import Contender, Round, run_round
+from discrepancy.search.greedy import Round, closed_amount, run_round
 from discrepancy.search.judge import held_out
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.outputs import output_losses, output_rows
 from discrepancy.search.state import State, refit
 
 BASES = 3
@@ -38,8 +42,8 @@ def find_pair(
         failed: that round, whose contenders are the bases.
     """
     ranges, options, context = rest
-    left = context.rms(problem, state.fit.loss - problem.rows)
-    if state.added or left <= max(options.left_noise, options.left_signal * context.signal):
+    left = context.rms(problem, output_losses(problem, state.fit.residual) - output_rows(problem))
+    if state.added or np.all(left <= np.maximum(options.left_noise, options.left_signal * context.signal)):
         return ()
     relaxed = replace(options, first_part=0.0, later_part=0.0)
     found = []
@@ -69,10 +73,12 @@ def _earned(
     unit = pair.fit.loss / sharp.rows
     unit = max(1.0, unit) if context.repeat_noise is not None else unit
     fall = (held_out(sharp, without.fit).loss - held_out(sharp, pair.fit).loss) / unit
-    closed = context.rms(problem, state.fit.loss - both.white_loss)
-    left = context.rms(problem, state.fit.loss - problem.rows)
+    losses = output_losses(problem, state.fit.residual)
+    # The contender's fit has the weights of the round; beside the first model it needs those of the search.
+    closed = closed_amount(problem, context, (state, refit(problem, both.state, ranges, 3)))
+    left = context.rms(problem, losses - output_rows(problem))
     return (
         fall > context.alarm(options) + PAIR_ALARM + options.per_parameter * (pair.size - state.size)
-        and closed > max(context.material(options, state.present), PAIR_PART * left)
+        and bool(np.any(closed > np.maximum(context.material(options, state.present), PAIR_PART * left)))
         and both.white_loss < (1.0 - options.material_rms) ** 2 * state.fit.loss
     )

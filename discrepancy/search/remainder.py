@@ -2,12 +2,18 @@
 
 from collections.abc import Mapping
 
+import numpy as np
+from numpy.typing import NDArray
+
 from discrepancy.effects.spec import Port
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
 from discrepancy.search.context import Context
 from discrepancy.search.noise import residual_parts
+from discrepancy.search.outputs import output_losses, output_rows
 from discrepancy.search.state import State
+
+FloatArray = NDArray[np.float64]
 
 LEFT_NOISE = 0.15
 """Least remainder, in units of one sample's noise, that is called unknown."""
@@ -29,9 +35,10 @@ def find_remainder(
         context: bin size and noise of repeats.
         names: column names of the drivers.
     """
-    start = context.rms(problem, first.fit.loss - problem.rows)
-    left = context.rms(problem, _white_loss(problem, last) - problem.rows)
-    if left < max(LEFT_NOISE, LEFT_GAP * start):
+    rows = output_rows(problem)
+    start = context.rms(problem, output_losses(problem, first.fit.residual) - rows)
+    left = context.rms(problem, _white_losses(problem, last) - rows)
+    if np.all(left < np.maximum(LEFT_NOISE, LEFT_GAP * start)):
         return None
     places = locate(problem.series, residual_parts(problem, last), last.fit.vector, names)
     if not places:
@@ -42,6 +49,6 @@ def find_remainder(
     return best
 
 
-def _white_loss(problem: SimulationProblem, state: State) -> float:
+def _white_losses(problem: SimulationProblem, state: State) -> FloatArray:
     residual = problem.measured() - problem.flatten(problem.simulate(state.fit.vector, state.fit.starts))
-    return float(residual @ residual)
+    return output_losses(problem, residual)

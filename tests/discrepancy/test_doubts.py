@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from discrepancy.assemble import column_names
 from discrepancy.data.series import read_series
 from discrepancy.effects.spec import Port
@@ -24,7 +26,7 @@ def doubt(nameplate: JointModel, truth: Mapping[int, float], named: str) -> tupl
     p = prepare_simulation(nameplate, [read_series(r, nameplate, "train") for r in records], None)
     state = polish(p.problem, scan_effect(p.problem, p.state, named, p.ranges), p.ranges)
     gained = (p.state.fit.loss - state.fit.loss) / state.fit.residual.size / p.context.bin_size
-    context = replace(p.context, closed=max(0.0, gained) ** 0.5)
+    context = replace(p.context, closed=np.sqrt(np.maximum(0.0, gained)))
     place = find_doubt(p.problem, state, (p.ranges, SearchOptions(), context), column_names(nameplate))
     return place, [state.fit.parameters[i].name for i in pressed(state.fit, state.added)]
 

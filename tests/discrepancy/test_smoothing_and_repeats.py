@@ -104,6 +104,6 @@ def test_noise_that_no_repeat_shows_asks_for_more_evidence() -> None:
     noise = Noise(sigma={"speed_rad_s": 1.0})
     scout = SimulationProblem(series=(series(np.zeros(10), np.zeros(10)),), noise=noise)
     options = SearchOptions()
-    seen = Context(executor=None, repeat_noise=noise, bin_size=1.0, scout=scout)
+    seen = Context(executor=None, repeat_noise=noise, bin_size=np.ones(1), scout=scout)
     assert seen.alarm(options) == options.alarm
     assert replace(seen, repeat_noise=None).alarm(options) == options.unsure * options.alarm

@@ -1,0 +1,47 @@
+"""One law that explains it goes before two that explain it as well."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from discrepancy.data.series import read_series
+from discrepancy.model.schema import JointModel
+from discrepancy.search.choice import Contender, choose, equivalents_of
+from discrepancy.search.options import SearchOptions
+from discrepancy.workflow import Prepared, prepare_simulation
+from tests.discrepancy.recorder import make_recording
+
+LIMITS = SearchOptions()
+
+
+@pytest.fixture
+def friction(nameplate: JointModel) -> Prepared:
+    """Return a joint whose dry friction was named in the first round."""
+    series = [read_series(make_recording({}, seed), nameplate, str(seed)) for seed in (1, 2)]
+    prepared = prepare_simulation(nameplate, series, None)
+    return replace(prepared, state=replace(prepared.state, added=("coulomb_friction",)))
+
+
+def contender(prepared: Prepared, added: tuple[str, ...], fall: float) -> Contender:
+    state = replace(prepared.state, added=added)
+    closed = np.array([fall**0.5 / 10.0])
+    return Contender(name=added[-1], state=state, white_loss=0.0, fall=fall, closed=closed, part=1.0)
+
+
+@pytest.mark.parametrize(("lead", "named"), [(6.0, "stribeck_friction"), (6000.0, "transport_delay")])
+def test_a_richer_friction_goes_before_friction_and_a_delay_unless_they_fit_better(
+    friction: Prepared, lead: float, named: str
+) -> None:
+    delay = contender(friction, ("coulomb_friction", "transport_delay"), 300.0 + lead)
+    dip = contender(friction, ("stribeck_friction",), 300.0)
+    winner = choose([delay, dip], LIMITS, (friction.state, friction.context))
+    assert winner is not None
+    assert winner.name == named
+
+
+def test_the_two_names_together_are_the_other_answer(friction: Prepared) -> None:
+    delay = contender(friction, ("coulomb_friction", "transport_delay"), 306.0)
+    dip = contender(friction, ("stribeck_friction",), 300.0)
+    found = equivalents_of(dip, [delay, dip], LIMITS, friction.context)
+    assert found == (("coulomb_friction", "transport_delay"),)
