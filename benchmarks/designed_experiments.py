@@ -1,14 +1,16 @@
-"""Rig time until the answer is certain: designed experiments against random ones of the same family and length.
+"""Rig time until the answer is certain: designed experiments against random ones within the same limits.
 
 Each case hides one effect in the emulated controller's physics (without its pseudo-terminal, for speed), beside what a
 first recording session has: a sine of 0.5 A for 10 s, played twice, and a test record. Both arms then play one record
-after the other and ask again after each: the designed arm plays what the answer proposes, the random arm a draw from
-the same list of candidates, as long as the designed arm's record of that round, both under the same limits. An answer
-is certain when it names the hidden effect and nothing else, declares no equivalents but those with the same equations,
-and knows every parameter to a standard error below 5 %. An answer that is not certain and proposes nothing makes the
-designed arm play a random record too. After BUDGET_S the time counts as BUDGET_S.
+after the other and ask again after each: the designed arm plays what the answer proposes; the random arm plays a record
+as long as the designed arm's of that round, of a kind, amplitude, offset and pace drawn at random from all that a
+campaign can play and the rig's limits admit. An answer is certain when it names the hidden effect and nothing else,
+declares no equivalents but those with the same equations, and knows every parameter to a standard error below 5 % (of a
+wave's two parts: of its amplitude). An answer that is not certain and proposes nothing makes the designed arm play a
+random record of 5 s. An arm that has not ended after BUDGET_S, or after RECORDS records, is stopped and counts with the
+time that it has spent; that flatters random excitation, which is stopped far more often.
 
-The seeds stand here since before anything was run on them; those from 31,000,000 are spent.
+The seeds stand here since before anything was run on them; those from 31,000,000 and 41,000,000 are spent.
 Finished cases are kept in OUT and skipped by the next call.
 
 Run: python -m benchmarks.designed_experiments OUT [SECONDS [FIRST_SEED]]   (SECONDS of CPU after which no further case
@@ -29,12 +31,13 @@ from pydantic import TypeAdapter
 from benchmarks.blind.draw import draw_parameters
 from benchmarks.blind.excitation import TICK_S, rich, sine
 from benchmarks.blind.rig import UnusableRunError, play
+from benchmarks.random_excitation import random_excitation
 from daq.excitation.waveform import sample_reference
 from daq.recording.recording import Recording, recording_from_columns
-from discrepancy.design.excitations import RAMP_S, candidate_excitations
+from discrepancy.design.excitations import RAMP_S
 from discrepancy.design.limits import RigLimits
+from discrepancy.design.question import relative_errors
 from discrepancy.model.reader import read_model
-from discrepancy.model.schema import Quantity
 from discrepancy.result import GapResult
 from discrepancy.search.same import exact_equivalents
 from discrepancy.workflow import GapOptions, run_gap
@@ -44,22 +47,26 @@ from server.services.loading import load_rig
 from server.services.rehearsal import design_limits
 
 ROOT = Path(__file__).parents[1]
-FIRST_SEED = 32_000_000
+FIRST_SEED = 33_000_000
 SEEDS = 3
 EFFECTS = {
     "stribeck_friction": 0.3,
+    "gravity_unbalance": 0.3,
+    "quadratic_drag": 0.3,
     "load_dependent_friction": 0.5,
     "torque_ripple": 1.0,
     "asymmetric_viscous_friction": 0.3,
-    "quadratic_drag": 0.3,
-    "gravity_unbalance": 0.3,
-    "viscous_friction_drift": 1.0,
     "speed_filter_lag": 0.3,
+    "viscous_friction_drift": 1.0,
 }
 """Hidden effects and the part of the drawn strength: weak enough that the first session leaves something open."""
 SESSION_S = 10.0
 SESSION_SHARE = 0.625
+LOGGED = 10
+"""Ticks of 0.4 ms that one recorded sample averages: a third of the processor time of full rate."""
 BUDGET_S = 80.0
+RECORDS = 4
+UNASKED_S = 5.0
 CERTAIN = 0.05
 BOOTSTRAP = 2000
 
@@ -84,14 +91,15 @@ class Case:
         """Play a reference on the hidden rig; sensor noise is new in every record."""
         self.noise += 1
         scenario = Scenario(name="hidden", seed=self.noise, effects=(self.effect,), sealed=True)
-        return recording_from_columns(play(scenario, reference).columns, sample_time_s=TICK_S)
+        columns = play(scenario, reference).columns
+        rows = columns["time_s"].size // LOGGED * LOGGED
+        logged = {name: values[:rows].reshape(-1, LOGGED).mean(axis=1) for name, values in columns.items()}
+        return recording_from_columns(logged, sample_time_s=LOGGED * TICK_S)
 
     def draw(self, duration_s: float) -> Recording:
-        """Play a random candidate that the rig takes."""
-        candidates = candidate_excitations(self.limits)
+        """Play a random excitation that the rig takes."""
         while True:
-            one = candidates[int(self.generator.integers(len(candidates)))]
-            excitation = {**one.excitation, "ramp_s": RAMP_S}
+            excitation = {**random_excitation(self.generator, self.limits.amplitude), "ramp_s": RAMP_S}
             if not self.limits.allows(excitation, duration_s):
                 continue
             try:
@@ -103,7 +111,7 @@ class Case:
         """Return the answer to all records so far."""
         model = read_model(ROOT / "config" / "models" / "joint1.yaml")
         result = run_gap(model, [*self.first, *extra], [self.test], GapOptions(limits=self.limits))
-        told = [f"{q.std / abs(q.value):.1%}" for q in _free(result) if q.std is not None and q.value]
+        told = [f"{error:.1%}" for error in errors_of(result).values()]
         print(
             "  ", len(extra), result.verdict, *result.effects, result.steps[-1].equivalents, *told, flush=True
         )
@@ -123,11 +131,14 @@ def certain(result: GapResult, name: str) -> bool:
     step = result.steps[-1]
     if set(step.equivalents) - set(exact_equivalents(result.effects)):
         return False
-    return all((q.std or 0.0) <= CERTAIN * abs(q.value) for q in _free(result))
+    return all(error <= CERTAIN for error in errors_of(result).values())
 
 
-def _free(result: GapResult) -> list[Quantity]:
-    return [q for q in result.steps[-1].parameters.values() if not q.fixed and q.std is not None]
+def errors_of(result: GapResult) -> dict[str, float]:
+    """Return the relative standard errors of the last effect's parameters."""
+    known = result.steps[-1].parameters
+    errors = {n: q.std for n, q in known.items() if not q.fixed and q.std is not None}
+    return relative_errors({n: q.value for n, q in known.items()}, errors)
 
 
 def run_case(name: str, seed: int, limits: RigLimits) -> dict[str, Any] | None:
@@ -146,22 +157,37 @@ def _designed_arm(case: Case, result: GapResult, told: dict[str, Any]) -> list[f
     records: list[Recording] = []
     lengths: list[float] = []
     played: list[str] = []
-    while not certain(result, case.name) and sum(lengths) < BUDGET_S:
+    kept: list[Words] = []
+    while not certain(result, case.name) and sum(lengths) < BUDGET_S and len(records) < RECORDS:
         entry = result.next_experiment
         excitation = {} if entry is None else entry["excitation"]
-        duration = float(entry["duration_s"]) if entry is not None and excitation else 20.0
+        duration = float(entry["duration_s"]) if entry is not None and excitation else UNASKED_S
         duration = min(duration, BUDGET_S - sum(lengths))
         records.append(_played(case, excitation, duration))
         lengths.append(duration)
         played.append(str(excitation.get("kind", "random")))
         result = case.ask(records)
+        kept += compared(entry, result)
     told["designed"] = {
         "s": sum(lengths),
         "certain": certain(result, case.name),
         "played": played,
         "lengths": lengths,
+        "kept": kept,
     }
     return lengths
+
+
+def compared(entry: Words | None, result: GapResult) -> list[Words]:
+    """Return what was predicted of each parameter's error and what came of it, where the names stayed."""
+    if entry is None:
+        return []
+    reached = errors_of(result)
+    return [
+        {**one, "reached": reached[one["parameter"]]}
+        for one in entry.get("predicted", ())
+        if result.effects == (one["effect"],) and one["parameter"] in reached
+    ]
 
 
 def _played(case: Case, excitation: Words, duration_s: float) -> Recording:
@@ -178,7 +204,7 @@ def _played(case: Case, excitation: Words, duration_s: float) -> Recording:
 def _random_arm(case: Case, lengths: list[float], told: dict[str, Any]) -> None:
     records: list[Recording] = []
     spent, done = 0.0, False
-    while not done and spent < BUDGET_S:
+    while not done and spent < BUDGET_S and len(records) < RECORDS:
         turn = len(records)
         duration = min(lengths[min(turn, len(lengths) - 1)], BUDGET_S - spent)
         records.append(case.draw(duration))
@@ -205,6 +231,13 @@ def summarise(cases: list[dict[str, Any]]) -> list[str]:
             f"median ratio {np.median(ratios):.2f} (95 % {low:.2f} to {high:.2f}), {ratios.size} cases"
         )
         lines.append(f"rig time in all: designed {totals[0]:g} s, random {totals[1]:g} s")
+    pairs = [(k["reached"] / k["relative_std"]) for one in cases for k in one["designed"].get("kept", ())]
+    if pairs:
+        low, middle, high = np.quantile(pairs, [0.1, 0.5, 0.9])
+        lines.append(
+            f"standard error reached over predicted: median {middle:.2f} (10 to 90 %: {low:.2f} to {high:.2f}), "
+            f"{len(pairs)} parameters"
+        )
     return lines
 
 

@@ -275,7 +275,7 @@ def assemble(
         gap_after=total_gap(steps[-1].test, judged),
         noise_floor=floor,
         steps=tuple(steps),
-        next_experiment=next_question(outcome, limits),
+        next_experiment=next_question(outcome, limits, values),
         base_model=model,
         model=new,
         rejected=rejected_candidates(outcome, SearchOptions()),

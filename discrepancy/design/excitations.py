@@ -7,7 +7,7 @@ and bits, which a prediction does not need to know.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,11 @@ from discrepancy.design.limits import RigLimits
 
 FloatArray = NDArray[np.float64]
 
-SHARES = (0.95, 0.5, 0.2)
+SHARES = (0.95, 0.65, 0.4, 0.2)
 """Amplitudes that are tried, as parts of what the rig allows; the rest of it is left to the centring loop."""
+NEIGHBOURS = (0.75, 1.3)
+"""A good candidate's amplitude and period are varied by these factors."""
+_PACE = ("period_s", "sweep_s", "level_s", "bit_s")
 RAMP_S = 0.5
 TABLE_HOLD_S = 0.02
 _HEIGHTS = (0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0)
@@ -50,14 +53,14 @@ def candidate_excitations(limits: RigLimits) -> list[Candidate]:
 
 def _swings(a: float) -> list[Candidate]:
     """Return sines, ramps through zero, trapezoids and swings about an offset."""
-    sines = [{"kind": "sine", "amplitude_A": a, "period_s": period} for period in (1.0, 4.0, 10.0)]
+    sines = [{"kind": "sine", "amplitude_A": a, "period_s": period} for period in (0.5, 1.0, 2.0, 4.0, 10.0)]
     slow = [
         {"kind": "trapezoid", "amplitude_A": a, "period_s": period, "rise_fraction": 0.5}
-        for period in (5.0, 10.0, 20.0)
+        for period in (2.5, 5.0, 10.0, 20.0)
     ]
     held = [
         {"kind": "trapezoid", "amplitude_A": a, "period_s": period, "rise_fraction": 0.2}
-        for period in (2.0, 5.0, 10.0)
+        for period in (1.0, 2.0, 5.0, 10.0)
     ]
     half = round(0.5 * a, 4)
     leaning = [
@@ -67,14 +70,17 @@ def _swings(a: float) -> list[Candidate]:
 
 
 def _bands(a: float) -> list[Candidate]:
-    """Return multisines of three bands and a sweep."""
+    """Return multisines of three bands and sweeps."""
     bands = [(1, 2, 20), (8, 4, 30), (80, 10, 40)]  # of 10 s: 0.1 to 3.9 Hz, 0.8 to 12.4 Hz, 8 to 47 Hz
     found = [
         {"kind": "multisine", "amplitude_A": a, "period_s": 10.0, "lines": n, "lowest": low, "step": step, "seed": 7}
         for low, step, n in bands
     ]  # fmt: skip
-    sweep = {"kind": "chirp", "amplitude_A": a, "sweep_s": 10.0, "start_Hz": 0.1, "end_Hz": 25.0}
-    return [Candidate(excitation=one) for one in (*found, sweep)]
+    sweeps = [
+        {"kind": "chirp", "amplitude_A": a, "sweep_s": sweep, "start_Hz": 0.1, "end_Hz": end}
+        for sweep, end in ((10.0, 25.0), (5.0, 5.0))
+    ]
+    return [Candidate(excitation=one) for one in (*found, *sweeps)]
 
 
 def _steps(a: float) -> list[Candidate]:
@@ -91,6 +97,25 @@ def _steps(a: float) -> list[Candidate]:
     table = {"kind": "table", "values_A": values, "hold_s": TABLE_HOLD_S}
     rise = float(np.max(np.abs(np.diff(values, prepend=0.0))))
     return [*prbs, Candidate(excitation=levels, jump=a / 4.0), Candidate(excitation=table, jump=rise)]
+
+
+def variations(candidate: Candidate, limits: RigLimits) -> list[Candidate]:
+    """Return the neighbours of a candidate: smaller and larger, faster and slower, all within amplitude and jump."""
+    words = candidate.excitation
+    if "amplitude_A" not in words:
+        return []
+    found = []
+    size = words["amplitude_A"] + abs(words.get("offset_A", 0.0))
+    for factor in NEIGHBOURS:
+        grown = min(factor, SHARES[0] * limits.amplitude / size)
+        if grown != 1.0:
+            scaled = {
+                key: round(words[key] * grown, 4) for key in ("amplitude_A", "offset_A") if key in words
+            }
+            found.append(replace(candidate, excitation={**words, **scaled}, jump=candidate.jump * grown))
+        paced = [{**words, key: round(words[key] * factor, 4)} for key in _PACE if key in words]
+        found += [replace(candidate, excitation=one) for one in paced]
+    return [one for one in found if one.jump <= limits.jump]
 
 
 def growing_trapezoids(amplitude: float) -> list[float]:

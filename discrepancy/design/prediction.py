@@ -1,11 +1,10 @@
 """What a fitted model predicts under an excitation that was not played, and how far a refitted rival stays from it.
 
-For models A and B the data that A predicts are fitted with B's parameters, starting states included; what B cannot
-follow is the predicted distance (T-optimality: A. C. Atkinson, V. V. Fedorov, Biometrika 62(1), 1975). In the first
-look the fit is replaced by its linearisation, which costs one simulation for each parameter.
+For models A and B the data that A predicts are fitted with B's parameters, starting states included, beside the
+records that B already explains; what B cannot follow is the predicted distance. In the first look the fit is replaced
+by its linearisation (`information.py`).
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -23,7 +22,6 @@ from discrepancy.search.state import CHAOTIC_WINDOW_S, State
 FloatArray = NDArray[np.float64]
 
 REFIT_ITERATIONS = 5
-_RIDGE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,17 +32,19 @@ class Stage:
         template: a training record; predictions have its outputs and sample times.
         noise: of one of its samples.
         limits: what the rig allows.
+        known: the records so far; a rival has to explain them too.
         step_angle: of the simulation's sub-steps; coarse where candidates are only compared.
     """
 
     template: Series
     noise: Noise
     limits: RigLimits
+    known: tuple[Series, ...] = ()
     step_angle: float = STEP_ANGLE
 
-    def problem(self, series: Series) -> SimulationProblem:
-        """Return the simulation of a record that was not played."""
-        return SimulationProblem(series=(series,), noise=self.noise, step_angle=self.step_angle)
+    def problem(self, *series: Series) -> SimulationProblem:
+        """Return the simulation of records, one of which was not played."""
+        return SimulationProblem(series=series, noise=self.noise, step_angle=self.step_angle)
 
 
 def blank_series(stage: Stage, excitation: Mapping[str, Any], duration_s: float) -> Series:
@@ -66,15 +66,17 @@ def simulate(stage: Stage, blank: Series, state: State) -> FloatArray:
     return problem.simulate(problem.prepare(state.fit.vector), problem.initial_starts())[0]
 
 
-def stays_inside(outputs: FloatArray, limits: RigLimits) -> bool:
-    """Return whether a predicted motion keeps to the limits; one that is not finite does not."""
+def time_inside(outputs: FloatArray, step_s: float, limits: RigLimits) -> float:
+    """Return how long a predicted motion keeps to the limits, s; one that is not finite does not."""
     speed, position = outputs[SPEED], outputs[POSITION]
-    return bool(
-        np.all(np.isfinite(outputs[: CURRENT + 1]))
-        and np.max(np.abs(speed)) <= limits.speed
-        and np.min(position) >= limits.travel_low
-        and np.max(position) <= limits.travel_high
-    )
+    with np.errstate(invalid="ignore"):
+        inside = (
+            np.all(np.isfinite(outputs[: CURRENT + 1]), axis=0)
+            & (np.abs(speed) <= limits.speed)
+            & (position >= limits.travel_low)
+            & (position <= limits.travel_high)
+        )
+    return float(inside.size if inside.all() else np.argmin(inside)) * step_s
 
 
 def with_outputs(blank: Series, outputs: FloatArray, *, in_windows: bool) -> Series:
@@ -84,48 +86,38 @@ def with_outputs(blank: Series, outputs: FloatArray, *, in_windows: bool) -> Ser
     return cut_windows(filled, CHAOTIC_WINDOW_S) if in_windows else filled
 
 
-def predict(stage: Stage, blank: Series, truth: State, rivals: Sequence[State]) -> Series | None:
-    """Return the record that `truth` predicts, None if it or a rival would leave what the rig allows."""
+def predict(
+    stage: Stage, blank: Series, truth: State, rivals: Sequence[State], least_s: float
+) -> tuple[Series, float] | None:
+    """Return the record that `truth` predicts and how long all models stay inside what the rig allows, s.
+
+    None if that is less than `least_s`.
+    """
     outputs = simulate(stage, blank, truth)
-    if not stays_inside(outputs, stage.limits):
+    inside = time_inside(outputs, blank.step, stage.limits)
+    least_s -= blank.step  # a record is a whole number of samples
+    for one in rivals:
+        if inside < least_s:
+            return None
+        inside = min(inside, time_inside(simulate(stage, blank, one), blank.step, stage.limits))
+    if inside < least_s:
         return None
-    if not all(stays_inside(simulate(stage, blank, one), stage.limits) for one in rivals):
-        return None
-    return with_outputs(blank, outputs, in_windows=any(one.is_chaotic for one in (truth, *rivals)))
+    chaotic = any(one.is_chaotic for one in (truth, *rivals))
+    return with_outputs(blank, np.nan_to_num(outputs), in_windows=chaotic), inside
 
 
-def linear_distance(stage: Stage, predicted: Series, rival: State) -> float:
-    """Return how far the rival stays from a prediction after one linear fit, in noise variances."""
-    done = _fitted(stage, predicted, rival, 0)
-    if not done.parameters:
-        return done.loss
-    normal = done.normal()
-    scale = np.sqrt(np.diag(normal)) + 1e-12
-    gradient = done.jacobian.T @ done.residual / scale
-    moved = np.linalg.lstsq(normal / np.outer(scale, scale), gradient, rcond=1e-10)[0]
-    return max(0.0, done.loss - float(gradient @ moved))
+def beside(stage: Stage, predicted: Series, state: State) -> Fit:
+    """Return a model beside a prediction, not moved: what it does not follow, and its sensitivities."""
+    problem = stage.problem(predicted)
+    return fit(problem, state.fit.parameters, state.fit.vector, problem.initial_starts(), 0)
 
 
 def refitted_distance(stage: Stage, predicted: Series, rival: State) -> float:
-    """Return how far the refitted rival stays from a prediction, in noise variances."""
-    return _fitted(stage, predicted, rival, REFIT_ITERATIONS).loss
-
-
-def _fitted(stage: Stage, predicted: Series, rival: State, iterations: int) -> Fit:
-    problem = stage.problem(predicted)
-    return fit(problem, rival.fit.parameters, rival.fit.vector, problem.initial_starts(), iterations)
-
-
-def worst_error(stage: Stage, predicted: Series | None, state: State, owner: str) -> float:
-    """Return the largest relative standard error of an effect's parameters, with or without one more record."""
-    information = state.fit.normal()
-    if predicted is not None:
-        information = information + _fitted(stage, predicted, state, 0).normal()
-    covariance = np.linalg.pinv(information + _RIDGE * np.eye(len(information)), rcond=1e-14)
-    worst = 0.0
-    for i, parameter in enumerate(state.fit.parameters):
-        if parameter.owner == owner:
-            value = float(state.fit.vector[parameter.slot])
-            error = math.sqrt(max(0.0, float(covariance[i, i]))) * parameter.slope(value)
-            worst = max(worst, error / max(abs(value), 1e-12))
-    return worst
+    """Return how far the rival, fitted again to all records, stays from a prediction, in noise variances."""
+    problem = stage.problem(*stage.known, predicted)
+    starts = (*(rival.fit.starts if stage.known else ()), *stage.problem(predicted).initial_starts())
+    done = fit(problem, rival.fit.parameters, rival.fit.vector, starts, REFIT_ITERATIONS)
+    new = done.residual[-predicted.n * len(predicted.channels) :]
+    on_new = float(new @ new)
+    # A rival that had not been fitted to the end explains the old records better now: no merit of the new one.
+    return on_new + max(0.0, done.loss - on_new - rival.fit.loss) if stage.known else on_new

@@ -86,13 +86,23 @@ def _alternatives(result: GapResult) -> str:
 
 def _next(result: GapResult) -> str:
     words = sentences.experiment_words(result)
+    more = [f"No motion tells {names}: <b>{what}</b>." for names, what in _measurements(result)]
     if words is not None:
-        return escape(_capital(words)) + "."
+        reason = escape(_capital(sentences.reason_words(result)))
+        return _items([f'{escape(_capital(words))}.<br><span class="sub">{reason}.</span>', *more])
+    if more:
+        return _items(more)
     if result.verdict == "unknown":
         place = result.unknown
         driver = "the motion" if place is None else f"the {quantity_name(place.driver)}"
         return f"No proposal. A record that varies {escape(driver)} slowly, alone, shows the shape best."
     return "Nothing is open that another experiment would settle."
+
+
+def _measurements(result: GapResult) -> Iterator[tuple[str, str]]:
+    """Yield what no excitation tells apart, and the other measurement that does, as HTML."""
+    for names, what in sentences.other_measurements(result):
+        yield escape(names), escape(what)
 
 
 def _picture(result: GapResult) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import PurePath
 
 from discrepancy.effects.spec import Port
+from discrepancy.effects.table import EFFECTS
 from discrepancy.locate import Place
 from discrepancy.model.schema import Quantity
 from discrepancy.report import numbers
@@ -191,12 +192,26 @@ def experiment_words(result: GapResult) -> str | None:
     return f"{excitation['kind']}, {settings}, for {plan['duration_s']:g} s, {aim}"
 
 
-def measurement_words(result: GapResult) -> Iterator[str]:
-    """Yield which other measurement would settle what no excitation does."""
+def reason_words(result: GapResult) -> str:
+    """Return what the next experiment is predicted to bring, the effects by their names."""
+    why = str((result.next_experiment or {}).get("why", ""))
+    for name in sorted(EFFECTS, key=len, reverse=True):
+        why = why.replace(name, called(name))
+    return why
+
+
+def other_measurements(result: GapResult) -> Iterator[tuple[str, str]]:
+    """Yield what no excitation tells apart, and the measurement that does."""
     plan = result.next_experiment or {}
     for one in plan.get("other_measurements", ()):
         names = join_words([called(name) for name in one["separates"]], "from")
-        yield f"no motion tells {names}: {one['measurement']}"
+        yield names, str(one["measurement"])
+
+
+def measurement_words(result: GapResult) -> Iterator[str]:
+    """Yield which other measurement would settle what no excitation does."""
+    for names, what in other_measurements(result):
+        yield f"no motion tells {names}: {what}"
 
 
 def _setting(key: str, value: object) -> str:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,21 +11,23 @@ from discrepancy.design.excitations import RAMP_S
 from discrepancy.design.limits import RigLimits, limits_of_records
 from discrepancy.design.measurements import other_measurement
 from discrepancy.design.prediction import Stage
-from discrepancy.design.proposal import Proposal, Rival, measure, separate
+from discrepancy.design.proposal import ENOUGH, Proposal, propose
+from discrepancy.design.question import Quantities, Question, Rival, Wanted, known_errors, wanted_of
 from discrepancy.effects.table import EFFECTS
-from discrepancy.fitting.parameters import FitParameter
+from discrepancy.search.choice import Contender
 from discrepancy.search.finish import SearchOutcome, Step
 from discrepancy.search.greedy import Round
-from discrepancy.search.judge import robust_covariance
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outputs import output_counts
 from discrepancy.search.same import Equivalent, exact_equivalents
 
 POOR_ERROR = 0.05
 """A parameter whose relative standard error is larger counts as poorly known."""
-GOOD_ERROR = 0.03
-"""What an experiment for a poorly known parameter aims at: coloured noise leaves more than is predicted."""
+GOOD_ERROR = 0.035
+"""What an experiment for a poorly known parameter aims at: a prediction is made from an estimate, and is one."""
 MOST_RIVALS = 3
+LEAST = 0.05
+"""Below this share of what is needed by every pair, a proposal does not tell rivals apart."""
 SAFETY = 2.0
 """A predicted distance scatters by twice its root when it is measured: ask for more than the search does."""
 
@@ -33,14 +35,38 @@ Entry = Mapping[str, Any]  # Any: values of the JSON object `next_experiment`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Question:
+class _Open:
     """Rivals that may be told apart, and those that no motion tells apart."""
 
-    rivals: tuple[Rival, ...]
+    step: Step
+    done: Round
+    rivals: tuple[Contender, ...]
     hopeless: tuple[Equivalent, ...]
 
 
-def next_question(outcome: SearchOutcome, limits: RigLimits | None = None) -> Entry | None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Asker:
+    """The finished search, the rig's limits, and how well each parameter of the last model is known."""
+
+    outcome: SearchOutcome
+    limits: RigLimits
+    errors: Mapping[str, Mapping[str, float]]
+
+    def stage(self, done: Round | None) -> Stage:
+        """Return where predictions are made, in the noise that a round (the whole search) was judged in."""
+        problem = self.outcome.problem if done is None else done.problem
+        return Stage(
+            template=problem.series[0], noise=problem.noise, limits=self.limits, known=problem.series
+        )
+
+    def wanted(self, rival: Rival, owner: str) -> tuple[Wanted, ...]:
+        """Return which parameters of an effect are known too poorly."""
+        return wanted_of(rival.state, owner, self.errors.get(owner, {}), (POOR_ERROR, GOOD_ERROR))
+
+
+def next_question(
+    outcome: SearchOutcome, limits: RigLimits | None = None, values: Quantities | None = None
+) -> Entry | None:
     """Return what to do next; None if nothing is open.
 
     Equivalents come first, then the nearest laws where the verdict is `unknown`,
@@ -49,22 +75,20 @@ def next_question(outcome: SearchOutcome, limits: RigLimits | None = None) -> En
     Args:
         outcome: the finished search.
         limits: of the rig; None takes what the records have shown safe.
+        values: parameters of the last model with standard errors, by owner and name; None asks about none.
     """
     if outcome.is_torque or outcome.verdict == "none":
         return None
-    stage = Stage(
-        template=outcome.problem.series[0],
-        noise=outcome.problem.noise,
-        limits=limits or limits_of_records(outcome.problem.series),
-    )
-    questions = [_question(step, done) for step, done in _rounds(outcome)]
+    limits = limits or limits_of_records(outcome.problem.series)
+    asker = _Asker(outcome=outcome, limits=limits, errors=known_errors(values or {}))
+    questions = [_open(step, done) for step, done in _rounds(outcome)]
     measurements = _measurements(outcome, questions)
     for question in questions:
-        entry = _between(stage, question.rivals, outcome)
+        entry = _equivalents(asker, question)
         if entry is not None:
             return {**entry, **_others(measurements)}
         measurements += _without_answer(question)
-    entry = _unnamed(stage, outcome) or _poor_parameter(stage, outcome) or _richer_law(stage, outcome)
+    entry = _unnamed(asker) or _poor_parameters(asker) or _richer_law(asker)
     if entry is not None:
         return {**entry, **_others(measurements)}
     return _only_measurement(measurements)
@@ -76,16 +100,17 @@ def _rounds(outcome: SearchOutcome) -> list[tuple[Step, Round]]:
     return [(step, rounds[str(step.added)]) for step in outcome.steps[1:] if step.added in rounds]
 
 
-def _question(step: Step, done: Round) -> _Question:
+def _open(step: Step, done: Round) -> _Open:
     """Split an effect's equivalents into those with other equations and those with the same."""
     same = set(exact_equivalents(step.state.added[: step.state.added.index(str(step.added)) + 1]))
-    states = {c.name: c.state for c in done.contenders}
+    states = {c.name: c for c in done.contenders}
     names = [str(step.added), *(e for e in step.equivalents if isinstance(e, str) and e not in same)]
-    rivals = tuple(Rival(name=name, state=states[name]) for name in names if name in states)
-    return _Question(rivals=rivals[:MOST_RIVALS], hopeless=tuple(e for e in step.equivalents if e in same))
+    rivals = tuple(states[name] for name in names if name in states)
+    hopeless = tuple(e for e in step.equivalents if e in same)
+    return _Open(step=step, done=done, rivals=rivals[:MOST_RIVALS], hopeless=hopeless)
 
 
-def _measurements(outcome: SearchOutcome, questions: Sequence[_Question]) -> list[dict[str, Any]]:
+def _measurements(outcome: SearchOutcome, questions: Sequence[_Open]) -> list[dict[str, Any]]:
     """Return what would settle the pairs whose equations are the same."""
     found = []
     for (step, _), question in zip(_rounds(outcome), questions, strict=True):
@@ -100,7 +125,7 @@ def _measurements(outcome: SearchOutcome, questions: Sequence[_Question]) -> lis
     return found
 
 
-def _without_answer(question: _Question) -> list[dict[str, Any]]:
+def _without_answer(question: _Open) -> list[dict[str, Any]]:
     """Return what would settle rivals that no admissible excitation separates."""
     names = [one.name for one in question.rivals]
     return [
@@ -109,20 +134,69 @@ def _without_answer(question: _Question) -> list[dict[str, Any]]:
     ]
 
 
-def _needed(outcome: SearchOutcome, duration_s: float) -> float:
-    """Return the distance, in noise variances of a binned sample, at which the search tells two rivals apart."""
-    options, problem, context = SearchOptions(), outcome.problem, outcome.context
-    visible = 0.5 * context.material(options, ())
-    bins = output_counts(problem) + duration_s / problem.series[0].step
+def _rival(contender: Contender) -> Rival:
+    return Rival(name=contender.name, state=contender.state)
+
+
+def _needed(
+    outcome: SearchOutcome,
+    before: Sequence[Step],
+    pair: tuple[Contender, Contender] | None,
+    duration_s: float,
+) -> float:
+    """Return the distance, in noise variances, that is wanting until the search tells two rivals apart.
+
+    Args:
+        outcome: the finished search.
+        before: steps accepted before the round in question; what they closed decides what is visible.
+        pair: the rivals as they stand; None counts nothing that already tells them apart.
+        duration_s: of the record that is to do it.
+    """
+    options, problem = SearchOptions(), outcome.problem
+    closed = np.sqrt(sum((step.closed**2 for step in before), np.zeros(1)))
+    visible = 0.5 * replace(outcome.context, closed=closed).material(options, ())
+    counts = output_counts(problem)
+    fall = SAFETY * options.doubt
+    apart = SAFETY * visible**2 * (counts + duration_s / problem.series[0].step)
+    if pair is not None:
+        first, other = pair
+        fall -= max(0.0, first.fall - other.fall)
+        apart = apart - np.maximum(0.0, first.closed**2 - other.closed**2) * counts
     # The output that tells them apart first suffices.
-    return SAFETY * max(options.doubt, float(np.min(visible**2 * bins * context.bin_size)))
+    return max(1.0, fall, float(np.min(apart * outcome.context.bin_size)))
 
 
-def _between(stage: Stage, rivals: Sequence[Rival], outcome: SearchOutcome) -> Entry | None:
-    if len(rivals) < 2:
+def _equivalents(asker: _Asker, question: _Open) -> Entry | None:
+    """Ask what tells a named effect from its equivalents, and for its parameters in the same record."""
+    if len(question.rivals) < 2:
         return None
-    proposal = separate(stage, rivals, lambda duration_s: _needed(outcome, duration_s))
-    if proposal is None:
+    steps = asker.outcome.steps
+    place = steps.index(question.step)
+    first = _rival(question.rivals[0])
+    wanted = asker.wanted(first, first.name) if place == len(steps) - 1 else ()
+    return _between(asker, question.done, (question.rivals, steps[:place]), wanted)
+
+
+def _between(
+    asker: _Asker,
+    done: Round,
+    rest: tuple[Sequence[Contender], Sequence[Step]],
+    wanted: tuple[Wanted, ...] = (),
+) -> Entry | None:
+    contenders, before = rest
+    if len(contenders) < 2:
+        return None
+
+    def needed(duration_s: float, i: int) -> float:
+        return _needed(asker.outcome, before, (contenders[0], contenders[i + 1]), duration_s)
+
+    rivals = tuple(_rival(one) for one in contenders)
+    stage = asker.stage(done)
+    proposal = propose(stage, Question(rivals=rivals, needed=needed, wanted=wanted))
+    if (
+        proposal is None
+        or max(d / needed(proposal.duration_s, i) for i, d in enumerate(proposal.distances)) < LEAST
+    ):
         return None
     return _entry(_apart(stage, rivals, proposal), [one.name for one in rivals], proposal)
 
@@ -138,47 +212,45 @@ def _apart(stage: Stage, rivals: Sequence[Rival], proposal: Proposal) -> str:
     return f"refitted to what {rivals[0].name} predicts here, {', '.join(told)}"
 
 
-def _unnamed(stage: Stage, outcome: SearchOutcome) -> Entry | None:
+def _unnamed(asker: _Asker) -> Entry | None:
     """Ask about the nearest laws of the first round whose winner did not last, where something is left unnamed."""
+    outcome = asker.outcome
     if outcome.unknown is None:
         return None
     kept = {step.added for step in outcome.steps}
     lost = [done for done in outcome.rounds if done.winner is None or done.winner.name not in kept]
     for done in lost[:1]:
         helping = [one for one in done.contenders if one.fall > SearchOptions().alarm][:MOST_RIVALS]
-        return _between(stage, [Rival(name=one.name, state=one.state) for one in helping], outcome)
+        return _between(asker, done, (helping, outcome.steps))
     return None
 
 
-def _poor_parameter(stage: Stage, outcome: SearchOutcome) -> Entry | None:
-    last = outcome.steps[-1].state
-    covariance = robust_covariance(outcome.problem, last.fit)
-    for i, parameter in enumerate(last.fit.parameters):
-        value = abs(float(last.fit.vector[parameter.slot]))
-        if _at_bound(parameter, float(last.fit.vector[parameter.slot])):
-            continue  # a shape at the end of its range has nothing to be measured
-        if parameter.owner in last.added and covariance[i, i] > (POOR_ERROR * value) ** 2:
-            proposal = measure(stage, last, parameter.owner, GOOD_ERROR)
-            if proposal is None:
-                continue
-            known = math.sqrt(covariance[i, i]) / max(value, 1e-12)
-            why = (
-                f"{parameter.name} of {parameter.owner} is known to {known:.0%} only; "
-                f"this would leave {proposal.distances[0]:.1%}"
-            )
-            return _entry(why, [parameter.owner], proposal)
-    return None
+def _poor_parameters(asker: _Asker) -> Entry | None:
+    """Ask for all poorly known parameters of all named effects at once."""
+    last = Rival(name="", state=asker.outcome.steps[-1].state)
+    wanted = tuple(one for owner in last.state.added for one in asker.wanted(last, owner))
+    if not wanted:
+        return None
+    question = Question(rivals=(last,), needed=lambda _, __: 1.0, wanted=wanted)
+    proposal = propose(asker.stage(None), question)
+    if proposal is None:
+        return None
+    parameters = [last.state.fit.parameters[one.index] for one in wanted]
+    told = [
+        f"{p.name} of {p.owner} is known to {one.known:.0%} only; this would leave {left:.1%}"
+        for p, one, left in zip(parameters, wanted, proposal.errors, strict=True)
+    ]
+    entry = _entry("; ".join(told), list(dict.fromkeys(p.owner for p in parameters)), proposal)
+    predicted = [
+        {"effect": p.owner, "parameter": p.name, "relative_std": left}
+        for p, left in zip(parameters, proposal.errors, strict=True)
+    ]
+    return {**entry, "predicted": predicted}
 
 
-def _at_bound(parameter: FitParameter, value: float) -> bool:
-    """Return whether a fitted value is pressed against an end of its range other than zero."""
-    ends = [end for end in (parameter.lower, parameter.upper) if math.isfinite(end) and end != 0.0]
-    return any(abs(value - end) <= 1e-6 * abs(end) for end in ends)
-
-
-def _richer_law(stage: Stage, outcome: SearchOutcome) -> Entry | None:
+def _richer_law(asker: _Asker) -> Entry | None:
     """Ask about laws that contain a named one, fit as well, and would differ visibly where nobody has looked yet."""
-    options = SearchOptions()
+    options, outcome = SearchOptions(), asker.outcome
     for step, done in _rounds(outcome):
         if done.winner is None or step.equivalents:
             continue
@@ -188,13 +260,10 @@ def _richer_law(stage: Stage, outcome: SearchOutcome) -> Entry | None:
                 or done.winner.fall - rival.fall > options.doubt
             ):
                 continue
-            pair = (
-                Rival(name=str(step.added), state=done.winner.state),
-                Rival(name=rival.name, state=rival.state),
-            )
             # Here the richer law is the truth that the simpler one would have to follow.
-            entry = _between(stage, pair[::-1], outcome)
-            if entry is not None and entry["worth"] >= 1.0:
+            before = outcome.steps[: outcome.steps.index(step)]
+            entry = _between(asker, done, ((rival, done.winner), before))
+            if entry is not None and entry["worth"] >= ENOUGH:
                 return entry
     return None
 

@@ -9,7 +9,8 @@ from discrepancy.effects.table import EFFECTS
 from discrepancy.evaluate import Score
 from discrepancy.report import numbers, sentences
 from discrepancy.report.detectable import STRENGTH
-from discrepancy.report.plain import PLAIN
+from discrepancy.report.first_screen import first_screen
+from discrepancy.report.plain import PLAIN, called
 from discrepancy.report.views import VIEWS, Signal
 from discrepancy.result import GapResult
 
@@ -71,3 +72,18 @@ def test_the_next_experiment_is_told_with_units(answer: Answer) -> None:
     assert words == (
         "sine, amplitude 0.901 A, period 2 s, for 20 s, to tell dry (Coulomb) friction from backlash apart"
     )
+
+
+def test_other_measurements_stand_on_the_first_screen_beside_the_experiment(answer: Answer) -> None:
+    other = {"separates": ["load_torque_offset", "current_sensor_offset"], "measurement": "read it <off>"}
+    plan = {
+        "why": "refitted to what load_torque_offset predicts", "separates": ["load_torque_offset"],
+        "duration_s": 3.0, "excitation": {"kind": "sine", "amplitude_A": 0.9}, "other_measurements": [other],
+    }  # fmt: skip
+    asked = first_screen(replace(answer("named"), next_experiment=plan))
+    assert f"Refitted to what {called('load_torque_offset')} predicts" in asked
+    assert "No motion tells" in asked
+    assert "read it &lt;off&gt;" in asked
+    alone = first_screen(replace(answer("named"), next_experiment={**plan, "excitation": {}}))
+    assert "read it &lt;off&gt;" in alone
+    assert "Nothing is open" not in alone
