@@ -13,13 +13,13 @@ from discrepancy.design.measurements import other_measurement
 from discrepancy.design.prediction import Stage
 from discrepancy.design.proposal import Proposal, Rival, measure, separate
 from discrepancy.effects.table import EFFECTS
-from discrepancy.fitting.parameters import FitParameter
+from discrepancy.fitting.parameters import NUISANCES, FitParameter
 from discrepancy.search.finish import SearchOutcome, Step
 from discrepancy.search.greedy import Round
-from discrepancy.search.judge import robust_covariance
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outputs import output_counts
 from discrepancy.search.same import Equivalent, exact_equivalents
+from discrepancy.search.standard_errors import robust_covariance
 
 POOR_ERROR = 0.05
 """A parameter whose relative standard error is larger counts as poorly known."""
@@ -152,7 +152,8 @@ def _unnamed(stage: Stage, outcome: SearchOutcome) -> Entry | None:
 
 def _poor_parameter(stage: Stage, outcome: SearchOutcome) -> Entry | None:
     last = outcome.steps[-1].state
-    covariance = robust_covariance(outcome.problem, last.fit)
+    # What only the making of the recordings leaves open no motion settles.
+    covariance = robust_covariance(outcome.problem, last.fit, NUISANCES)
     for i, parameter in enumerate(last.fit.parameters):
         value = abs(float(last.fit.vector[parameter.slot]))
         if _at_bound(parameter, float(last.fit.vector[parameter.slot])):
