@@ -18,10 +18,10 @@ from discrepancy.report.pictures import Detectable, Pictures
 from discrepancy.report.spectra import noise_spectra
 from discrepancy.result import GapResult, NamelessTerm, ParameterChange, Rejected, ResultStep, total_gap
 from discrepancy.search.finish import SearchOutcome, Step
-from discrepancy.search.judge import robust_covariance
 from discrepancy.search.open_questions import next_question
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.spline import SplineTerm, fit_spline
+from discrepancy.search.standard_errors import robust_covariance, standard_errors
 from discrepancy.search.state import State
 from discrepancy.simulation import slots as s
 
@@ -30,22 +30,13 @@ CHANGE_SIGMAS = 4.0
 
 
 def quantities(outcome: SearchOutcome, state: State, model: JointModel) -> dict[tuple[str, str], Quantity]:
-    """Return all fitted and constant parameters with standard errors, by (owner, name).
-
-    The standard error holds the noise (block sandwich) and, as a measure of what the model's form gets wrong, by how
-    much the estimate moves when the frequencies are weighted by the noise instead of equally (J. A. Hausman,
-    Econometrica 46, 1978: two estimators that agree where the model is right).
-    """
-    covariance = robust_covariance(outcome.problem, state.fit)
-    bench = outcome.bench(state)
-    moved = np.zeros(len(state.fit.parameters))
-    if bench is not None:
-        moved = np.asarray(bench.sharp.values - bench.state.fit.values)
+    """Return all fitted and constant parameters with standard errors, by (owner, name)."""
+    errors = standard_errors(outcome.problem, state.fit, outcome.bench(state))
     column = 1 if model.is_linear_axis else 0
     found: dict[tuple[str, str], Quantity] = {}
     for i, parameter in enumerate(state.fit.parameters):
         value = float(state.fit.vector[parameter.slot])
-        std = float(np.hypot(np.sqrt(max(0.0, covariance[i, i])), moved[i]))
+        std = float(errors[i])
         unit = model.parameters[parameter.name].unit if parameter.name in model.parameters else ""
         found[parameter.owner, parameter.name] = Quantity(value=value, std=std, unit=unit)
     for name in state.present:

@@ -35,6 +35,7 @@ from discrepancy.result import GapResult
 from discrepancy.search.context import Context
 from discrepancy.search.finish import search
 from discrepancy.search.free_run import refine_free_run
+from discrepancy.search.full_rate import refine_full_rate
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outputs import output_losses, output_rows
@@ -99,6 +100,7 @@ def run_gap(
     outcome = search(prepared.problem, prepared.state, prepared.ranges, chosen.search, context, names)
     if not any(channel.row == SPEED for channel in train[0].channels):
         outcome = refine_free_run(outcome, [bin_series(one, prepared.factor) for one in train])
+    outcome = refine_full_rate(outcome, train, prepared.factor)
     floor = noise_floor(train, outcome.problem, prepared.factor)
     return assemble(model, outcome, simulation_scorer(train, test), (floor, notes, chosen.limits))
 

@@ -24,6 +24,7 @@ MOST_TRAVEL = 0.005
 MOST_UNEVEN = 4.0
 """Repeats are averaged if no stretch differs by more than so many times the median stretch: chance diverges evenly."""
 _STRETCHES = 16
+_JOINED = " = "
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,6 +87,13 @@ def _periods(index: int, one: Series) -> list[Pair]:
     return []
 
 
+def merge_as(series: Sequence[Series], merged: Sequence[Series]) -> tuple[Series, ...]:
+    """Return the same records at another rate, averaged in the groups that `merge_repeats` has found."""
+    by_label = {one.label: one for one in series}
+    groups = [[by_label[name] for name in one.label.split(_JOINED)] for one in merged]
+    return tuple(_mean(group) if len(group) > 1 else group[0] for group in groups)
+
+
 def merge_repeats(series: Sequence[Series], pairs: Sequence[Pair]) -> tuple[Series, ...]:
     """Return the records with repeats averaged where nothing but noise tells them apart.
 
@@ -130,7 +138,7 @@ def _mean(group: Sequence[Series]) -> Series:
     return with_starts(
         replace(
             first,
-            label=" = ".join(one.label for one in group),
+            label=_JOINED.join(one.label for one in group),
             input=np.mean([one.input for one in group], axis=0),
             angle=np.mean([one.angle for one in group], axis=0) if first.angle.size else first.angle,
             channels=tuple(channels),

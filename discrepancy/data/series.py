@@ -184,19 +184,26 @@ def with_starts(series: Series) -> Series:
     return replace(series, starts=starts)
 
 
+def bin_index(series: Series, factor: int) -> tuple[IntArray, list[int]]:
+    """Return which samples make up each bin, shape (bins, factor), and which windows are long enough to have any."""
+    rows, kept = [], []
+    for m, (a, b) in enumerate(series.edges):
+        full = (b - a) // factor
+        if full < 2:
+            continue
+        rows.append(np.arange(a, a + full * factor, dtype=np.int64).reshape(full, factor))
+        kept.append(m)
+    return np.concatenate(rows), kept
+
+
 def bin_series(series: Series, factor: int) -> Series:
     """Average `factor` neighbouring samples; windows begin where they began."""
     if factor <= 1:
         return series
-    rows, firsts, count = [], [], 0
-    for a, b in series.edges:
-        full = (b - a) // factor
-        if full < 2:
-            continue
-        rows.append(np.arange(a, a + full * factor).reshape(full, factor))
-        firsts.append(-count - 1)
-        count += full
-    index = np.concatenate(rows)
+    index, kept = bin_index(series, factor)
+    edges = series.edges
+    counts = [(edges[m][1] - edges[m][0]) // factor for m in kept]
+    firsts = [-int(k) - 1 for k in np.cumsum([0, *counts[:-1]])]
 
     def mean(values: FloatArray) -> FloatArray:
         return np.asarray(values[index].mean(axis=1))

@@ -54,6 +54,19 @@ class FitParameter:
         """Return d value / d coordinate."""
         return value if self.logarithmic else self.scale
 
+    def known_before(self, value: float) -> float:
+        """Return how well the coordinate of a value is known before any data, as an inverse variance: 0 for not at all.
+
+        How a recording was made lies between two bounds, and nothing prefers a place between them (a rectangular
+        distribution, JCGM 100:2008, 4.3.7); a fit that data do not lead may have ended anywhere in between, so the
+        variance is taken about the value.
+        """
+        if self.name not in NUISANCES:
+            return 0.0
+        lower, upper = self.encode(self.lower), self.encode(self.upper)
+        off = self.encode(value) - 0.5 * (lower + upper)
+        return 1.0 / ((upper - lower) ** 2 / 12.0 + off**2)
+
 
 def natural_size(kind: Kind, r: Ranges) -> float:
     """Return the size of a parameter of this kind that matters on these signals."""

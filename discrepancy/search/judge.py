@@ -52,22 +52,3 @@ def held_out(problem: SimulationProblem, fit: Fit) -> HeldOut:
         left = np.concatenate([r[part] + J[part] @ moved[b] for part in parts])
         losses[b] = left @ left
     return HeldOut(loss=float(losses.sum()), blocks=losses)
-
-
-def robust_covariance(problem: SimulationProblem, fit: Fit) -> FloatArray:
-    """Return the covariance of the fitted values that holds for coloured noise too (block sandwich), SI units."""
-    p = len(fit.parameters)
-    if p == 0:
-        return np.zeros((0, 0))
-    J, r = fit.jacobian, fit.residual
-    scores = np.stack(
-        [sum((J[part].T @ r[part] for part in parts), np.zeros(p)) for parts in problem.blocks(BLOCK_S)]
-    )
-    inverse = np.linalg.pinv(fit.normal(), rcond=1e-14)
-    sandwich = inverse @ (scores.T @ scores) @ inverse * len(scores) / max(1, len(scores) - p)
-    slope = np.array([q.slope(float(fit.vector[q.slot])) for q in fit.parameters])
-    # Few blocks make a noisy sandwich: never below the classical covariance.
-    robust = sandwich * np.outer(slope, slope)
-    classical = fit.covariance()
-    scale = np.sqrt(np.maximum(1.0, np.diag(classical) / np.maximum(np.diag(robust), 1e-300)))
-    return np.asarray(robust * np.outer(scale, scale))

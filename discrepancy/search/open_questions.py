@@ -12,14 +12,24 @@ from discrepancy.design.limits import RigLimits, limits_of_records
 from discrepancy.design.measurements import other_measurement
 from discrepancy.design.prediction import Stage
 from discrepancy.design.proposal import ENOUGH, Proposal, propose
-from discrepancy.design.question import Quantities, Question, Rival, Wanted, known_errors, wanted_of
+from discrepancy.design.question import (
+    Quantities,
+    Question,
+    Rival,
+    Wanted,
+    known_errors,
+    relative_errors,
+    wanted_of,
+)
 from discrepancy.effects.table import EFFECTS
+from discrepancy.fitting.parameters import NUISANCES
 from discrepancy.search.choice import Contender
 from discrepancy.search.finish import SearchOutcome, Step
 from discrepancy.search.greedy import Round
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outputs import output_counts
 from discrepancy.search.same import Equivalent, exact_equivalents
+from discrepancy.search.standard_errors import robust_covariance
 
 POOR_ERROR = 0.05
 """A parameter whose relative standard error is larger counts as poorly known."""
@@ -61,7 +71,14 @@ class _Asker:
 
     def wanted(self, rival: Rival, owner: str) -> tuple[Wanted, ...]:
         """Return which parameters of an effect are known too poorly."""
-        return wanted_of(rival.state, owner, self.errors.get(owner, {}), (POOR_ERROR, GOOD_ERROR))
+        # What only the making of the recordings leaves open no motion settles.
+        fit = rival.state.fit
+        errors = np.sqrt(np.maximum(0.0, np.diag(robust_covariance(self.outcome.problem, fit, NUISANCES))))
+        own = {p.name: float(e) for p, e in zip(fit.parameters, errors, strict=True) if p.owner == owner}
+        values = {p.name: float(fit.vector[p.slot]) for p in EFFECTS[owner].parameters}
+        settled = {name for name, e in relative_errors(values, own).items() if e <= POOR_ERROR}
+        told = {name: e for name, e in self.errors.get(owner, {}).items() if name not in settled}
+        return wanted_of(rival.state, owner, told, (POOR_ERROR, GOOD_ERROR))
 
 
 def next_question(

@@ -10,9 +10,16 @@ from discrepancy.data.series import cut_windows
 from discrepancy.effects.spec import Effect, Port, Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.levenberg import Fit, fit, glance
-from discrepancy.fitting.parameters import FitParameter, clear_effect, effect_parameters, write_start
+from discrepancy.fitting.parameters import (
+    SMOOTHING_START_S,
+    FitParameter,
+    clear_effect,
+    effect_parameters,
+    write_start,
+)
 from discrepancy.fitting.problem import SimulationProblem, Starts
 from discrepancy.simulation import slots as s
+from discrepancy.simulation.kernels.smoothing import is_invisible
 
 SCAN_KEEP = 2
 CHAOTIC_WINDOW_S = 1.0
@@ -86,13 +93,24 @@ def refit(
 
 
 def with_best_smoothing(problem: SimulationProblem, state: State, iterations: int = 4) -> State:
-    """Return the state with the order of the speed's smoothing that fits better; nobody says which was used."""
+    """Return the state with the order of the speed's smoothing that fits better; nobody says which was used.
+
+    A time constant too short for these samples to show has no slope that could lead a fit back: both orders are then
+    tried from the start again.
+    """
     vector = state.fit.vector.copy()
     if vector[s.OUTPUT_SMOOTHING] <= 0.0:
         return state
-    vector[s.SMOOTHING_ORDER] = 5.0 - vector[s.SMOOTHING_ORDER]
-    other = fit(problem, state.fit.parameters, vector, state.fit.starts, iterations)
-    return replace(state, fit=other) if other.loss < state.fit.loss else state
+    orders = [5.0 - float(vector[s.SMOOTHING_ORDER])]
+    if is_invisible(float(vector[s.OUTPUT_SMOOTHING]), problem.series[0].step):
+        vector[s.OUTPUT_SMOOTHING] = SMOOTHING_START_S
+        orders.append(float(vector[s.SMOOTHING_ORDER]))
+    best = state.fit
+    for order in orders:
+        vector[s.SMOOTHING_ORDER] = order
+        other = fit(problem, state.fit.parameters, vector, state.fit.starts, iterations)
+        best = other if other.loss < best.loss else best
+    return replace(state, fit=best)
 
 
 def with_best_form(

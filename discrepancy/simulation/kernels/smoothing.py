@@ -20,6 +20,11 @@ _REACH = 6.0
 """The ends are extended by so many time constants."""
 
 
+def is_invisible(time_constant: float, step: float) -> bool:
+    """Return whether samples `step` apart, s, are left as they are by a smoothing with this time constant, s."""
+    return step / (2.0 * math.pi * time_constant) > _HIGHEST
+
+
 @njit(cache=True, error_model="numpy")
 def _pass(x: FloatArray, c: float, third: bool) -> None:
     """Run the filter once over `x` in place, beginning at rest at its first value; `c` is tan(pi fc h)."""

@@ -22,8 +22,8 @@ from discrepancy.report.detectable import detectable_effects
 from discrepancy.report.law import LawMaker
 from discrepancy.report.spectra import spectrum, white_density
 from discrepancy.report.thin import thin, worst_stretch
-from discrepancy.search.judge import robust_covariance
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.standard_errors import robust_covariance
 from discrepancy.search.state import State
 from discrepancy.simulation import slots as s
 from tests.discrepancy.report.conftest import make_curve

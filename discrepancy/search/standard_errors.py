@@ -1,0 +1,105 @@
+"""How far fitted values may lie from the true ones: noise, what the recording leaves open, and the model's form.
+
+Noise: block sandwich, which holds for coloured noise too (W. K. Newey, K. D. West, Econometrica 55, 1987, with blocks
+in place of lags). What the making of the recording leaves open (timing of the input, smoothing of the speed) enters
+with the range that it can have: without it a delay would seem as well known as the sum of both. The instant within a
+sample at which an output is read is nobody's parameter; what it would move adds as a rectangular error. Form: by how
+much the values move when the frequencies are weighted by the noise instead of equally (J. A. Hausman, Econometrica 46,
+1978: two estimators that agree where the model is right).
+"""
+
+from collections.abc import Collection
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discrepancy.fitting.levenberg import Fit, project_starts
+from discrepancy.fitting.parameters import TIMING
+from discrepancy.fitting.problem import SimulationProblem
+from discrepancy.search.curves import Bench
+from discrepancy.search.judge import BLOCK_S
+
+FloatArray = NDArray[np.float64]
+
+
+def robust_covariance(
+    problem: SimulationProblem, fit: Fit, held: Collection[str] = frozenset()
+) -> FloatArray:
+    """Return the covariance of the fitted values under coloured noise, SI units, shape (p, p).
+
+    Args:
+        problem: with the noise weights of the fit.
+        fit: the fitted point.
+        held: names of parameters taken as known; their rows and columns are zero.
+    """
+    p = len(fit.parameters)
+    free = np.array([q.name not in held for q in fit.parameters], dtype=bool)
+    covariance = np.zeros((p, p))
+    if not free.any():
+        return covariance
+    J, r = fit.jacobian[:, free], fit.residual
+    scores = np.stack(
+        [
+            sum((J[part].T @ r[part] for part in parts), np.zeros(J.shape[1]))
+            for parts in problem.blocks(BLOCK_S)
+        ]
+    )
+    unit = fit.loss / max(1, fit.residual.size - J.shape[1])
+    known = np.diag(_known_before(fit)[free] * unit)
+    inverse = _inverse(J.T @ J + known)
+    meat = scores.T @ scores * len(scores) / max(1, len(scores) - J.shape[1]) + known * unit
+    classical = np.diag(inverse) * unit
+    robust = inverse @ meat @ inverse
+    # Few blocks make a noisy sandwich: never below the classical covariance.
+    scale = np.sqrt(np.maximum(1.0, classical / np.maximum(np.diag(robust), 1e-300)))
+    scale *= _slopes(fit)[free]
+    covariance[np.ix_(free, free)] = robust * np.outer(scale, scale)
+    return covariance
+
+
+def standard_errors(problem: SimulationProblem, fit: Fit, bench: Bench | None) -> FloatArray:
+    """Return the standard errors of the fitted values, SI units, shape (p,).
+
+    Args:
+        problem: with white noise weights.
+        fit: the fitted point.
+        bench: the same model under both noise models; None where a torque balance is judged.
+    """
+    squares = np.maximum(0.0, np.diag(robust_covariance(problem, fit)))
+    if bench is not None and squares.size:
+        moved = bench.sharp.values - bench.state.fit.values
+        squares = squares + moved**2 + _reading_instants(problem, fit)
+    return np.asarray(np.sqrt(squares))
+
+
+def _reading_instants(problem: SimulationProblem, fit: Fit) -> FloatArray:
+    """Return the variances of the fitted values if each output is read anywhere within its sample, shape (p,)."""
+    outputs = problem.simulate(fit.vector, fit.starts)
+    unit = fit.loss / max(1, fit.residual.size - len(fit.parameters))
+    inverse = _inverse(fit.normal() + np.diag(_known_before(fit) * unit))
+    total = np.zeros(len(fit.parameters))
+    if not any(q.name == TIMING for q in fit.parameters):
+        return total  # the model file says how the recording was made
+    for row in {channel.row for channel in problem.series[0].channels}:
+        moved = []
+        for one, output in zip(problem.series, outputs, strict=True):
+            late = np.zeros_like(output)
+            late[row] = np.gradient(output[row], one.time_s) * one.original_step / np.sqrt(12.0)
+            moved.append(late)
+        column = project_starts(problem, fit, problem.flatten(moved)[:, None])[:, 0]
+        total += (inverse @ (fit.jacobian.T @ column) * _slopes(fit)) ** 2
+    return total
+
+
+def _known_before(fit: Fit) -> FloatArray:
+    return np.array([q.known_before(float(fit.vector[q.slot])) for q in fit.parameters])
+
+
+def _slopes(fit: Fit) -> FloatArray:
+    return np.array([q.slope(float(fit.vector[q.slot])) for q in fit.parameters])
+
+
+def _inverse(normal: FloatArray) -> FloatArray:
+    """Return the pseudo-inverse of an information matrix whose rows may differ by many orders of magnitude."""
+    size = np.sqrt(np.diag(normal)) + 1e-12
+    return np.asarray(np.linalg.pinv(normal / np.outer(size, size), rcond=1e-12) / np.outer(size, size))
