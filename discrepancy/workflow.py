@@ -32,8 +32,10 @@ from discrepancy.fitting.problem import COARSE_STEP_ANGLE, Noise, SimulationProb
 from discrepancy.model.schema import InputHold, JointModel, Judge
 from discrepancy.model.structure import hold_scale, parameters_in_disguise
 from discrepancy.result import GapResult
+from discrepancy.search.by_balance import choose_names
 from discrepancy.search.context import Context
-from discrepancy.search.finish import search
+from discrepancy.search.explained import explained_away
+from discrepancy.search.finish import SearchOutcome, search
 from discrepancy.search.free_run import refine_free_run
 from discrepancy.search.full_rate import refine_full_rate
 from discrepancy.search.noise import measure_noise, residual_parts
@@ -99,7 +101,10 @@ def run_gap(
         context = replace(context, excluded=context.excluded | BEFORE_THE_SENSOR)
     outcome = search(prepared.problem, prepared.state, prepared.ranges, chosen.search, context, names)
     if not any(channel.row == SPEED for channel in train[0].channels):
-        outcome = refine_free_run(outcome, [bin_series(one, prepared.factor) for one in train])
+        whole = [bin_series(one, prepared.factor) for one in train]
+        balance = _balance_of_position(model, train_records, chosen)
+        outcome = outcome if balance is None else choose_names(outcome, balance, whole)
+        outcome = refine_free_run(outcome, whole)
     outcome = refine_full_rate(outcome, train, prepared.factor)
     floor = noise_floor(train, outcome.problem, prepared.factor)
     return assemble(model, outcome, simulation_scorer(train, test), (floor, notes, chosen.limits))
@@ -118,13 +123,7 @@ def _run_torque(
     test = [read_motion(record, model, f"test[{i}]", chosen.torque) for i, record in enumerate(test_records)]
     notes = scale_notes + check_inputs(model, [one for _, one in train], [one for _, one in test])
     prepared = prepare_torque(model, train, chosen.executor)
-    names = column_names(model)
-    limits = replace(
-        chosen.search,
-        material_rms=max(chosen.search.material_rms, chosen.torque.material_rms),
-        simpler=max(chosen.search.simpler, chosen.torque.form_error),
-    )
-    outcome = search(prepared.problem, prepared.state, prepared.ranges, limits, prepared.context, names)
+    outcome = _search_torque(model, prepared, chosen)
     scorer = torque_scorer(model, train, test)
     return assemble(model, outcome, scorer, (prepared.noise_floor, notes, chosen.limits))
 
@@ -165,6 +164,29 @@ def prepare_torque(
     excluded = frozenset(name for name, effect in EFFECTS.items() if not effect.inverse)
     excluded |= {"asymmetric_coulomb_friction"}
     return replace(prepared, context=replace(prepared.context, excluded=excluded | prepared.context.excluded))
+
+
+def _search_torque(model: JointModel, prepared: Prepared, chosen: GapOptions) -> SearchOutcome:
+    limits = replace(
+        chosen.search,
+        material_rms=max(chosen.search.material_rms, chosen.torque.material_rms),
+        simpler=max(chosen.search.simpler, chosen.torque.form_error),
+    )
+    names = column_names(model)
+    outcome = search(prepared.problem, prepared.state, prepared.ranges, limits, prepared.context, names)
+    away = explained_away(outcome.rounds, outcome.steps[-1].state.added, limits)
+    return replace(outcome, notes=(*outcome.notes, *away))
+
+
+def _balance_of_position(
+    model: JointModel, records: Sequence[Recording], chosen: GapOptions
+) -> SearchOutcome | None:
+    """Search the torque balance of records of a position; None where they do not allow one."""
+    try:
+        train = [read_motion(one, model, f"train[{i}]", chosen.torque) for i, one in enumerate(records)]
+    except GapInputError:
+        return None
+    return _search_torque(model, prepare_torque(model, train, chosen.executor), chosen)
 
 
 def prepare_simulation(model: JointModel, train: Sequence[Series], executor: Executor | None) -> Prepared:

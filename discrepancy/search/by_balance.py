@@ -1,0 +1,72 @@
+"""Name what a simulated position lacks by the torque balance, where that predicts the position better.
+
+A position is the second integral of the force: in a search over its windows the noise read off the residual is drift,
+and laws are patched together to follow it. The torque balance of the same record has no such memory. Both searches
+name; each list of names is fitted to free runs over one half of the records and predicts the other half, both ways
+round. The shorter list stands unless the longer one predicts better by a tenth.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from discrepancy.data.series import Series
+from discrepancy.fitting.free_run import MOST_WINDOWS
+from discrepancy.search.finish import SearchOutcome, Step
+from discrepancy.search.halves import halves_error
+from discrepancy.search.state import parameters_of, refit
+from discrepancy.simulation import slots as s
+
+CLEARLY = 0.9
+"""A longer list of names must err by less than this part (rms) of what a shorter one errs by."""
+
+NOTE = (
+    "the names were found by the torque balance of the training records: over halves of them they predict the "
+    "position better (or as well with fewer parameters) than those found by simulation"
+)
+
+
+def choose_names(outcome: SearchOutcome, balance: SearchOutcome, whole: Sequence[Series]) -> SearchOutcome:
+    """Return the search whose names predict the other half of the records.
+
+    Args:
+        outcome: found by simulating windows of a position.
+        balance: found by the torque balance of the same records.
+        whole: the records, cut at holes only.
+    """
+    if balance.steps[-1].state.added == outcome.steps[-1].state.added or len(balance.steps) < 2:
+        return outcome
+    if max(len(one.windows) for one in whole) > MOST_WINDOWS:
+        return outcome
+    steps = _in_simulation(outcome, balance)
+    mine, other = outcome.steps[-1].state, steps[-1].state
+    part = 1.0 if mine.size == other.size else CLEARLY
+    if mine.size > other.size:
+        stands = halves_error(outcome.problem, mine, whole) > part * halves_error(
+            outcome.problem, other, whole
+        )
+    else:
+        stands = halves_error(outcome.problem, other, whole) < part * halves_error(
+            outcome.problem, mine, whole
+        )
+    if not stands:
+        return outcome
+    return replace(
+        outcome, steps=steps, rounds=balance.rounds, unknown=balance.unknown, notes=(*outcome.notes, NOTE)
+    )
+
+
+def _in_simulation(outcome: SearchOutcome, balance: SearchOutcome) -> tuple[Step, ...]:
+    """Return the balance's steps as models of the simulation, fitted to its windows."""
+    first = outcome.steps[0]
+    steps, before = [first], first.state
+    for step in balance.steps[1:]:
+        vector = step.state.fit.vector.copy()
+        vector[s.INPUT_SHIFT] = first.state.fit.vector[s.INPUT_SHIFT]
+        parameters = parameters_of(first.state.base, first.state.given, step.state.added, outcome.ranges)
+        begun = replace(first.state.fit, vector=vector, parameters=tuple(parameters))
+        state = replace(first.state, added=step.state.added, fit=begun, nameplate=None)
+        state = refit(outcome.problem, state, outcome.ranges)
+        closed = outcome.context.rms(outcome.problem, before.fit.loss - state.fit.loss)
+        steps.append(replace(step, state=state, closed=closed))
+        before = state
+    return tuple(steps)
