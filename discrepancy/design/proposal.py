@@ -30,7 +30,7 @@ FloatArray = NDArray[np.float64]
 
 SCREEN_S = 10.0
 SLOW_SCREEN_S = 40.0
-DURATIONS_S = (3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 20.0, 28.0, 40.0, 56.0, 80.0)
+DURATIONS_S = (2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 20.0, 28.0, 40.0, 56.0, 80.0)
 VARIED = 3
 """Candidates whose neighbours are looked at."""
 REFITTED = 3

@@ -33,8 +33,8 @@ from discrepancy.search.standard_errors import robust_covariance
 
 POOR_ERROR = 0.05
 """A parameter whose relative standard error is larger counts as poorly known."""
-GOOD_ERROR = 0.035
-"""What an experiment for a poorly known parameter aims at: a prediction is made from an estimate, and is one."""
+GOOD_ERROR = 0.025
+"""What an experiment for a poorly known parameter aims at: half, since coloured noise leaves more than is predicted."""
 MOST_RIVALS = 3
 LEAST = 0.05
 """Below this share of what is needed by every pair, a proposal does not tell rivals apart."""
