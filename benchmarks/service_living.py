@@ -50,9 +50,9 @@ class World:
         answer.raise_for_status()
         return answer.json()
 
-    def recording(self) -> str:
+    def recording(self, seed: int = 1, samples: int = 500) -> str:
         """Upload a measured file."""
-        content = as_csv(measured_columns(n=500))
+        content = as_csv(measured_columns(seed, samples))
         return str(self.post("recordings", params={"file": "living.csv"}, content=content)["id"])
 
     def deleted(self) -> str:
@@ -131,7 +131,8 @@ class World:
 
     def analysis_body(self) -> dict[str, Any]:  # JSON values
         """Return what an analysis can be asked for with."""
-        return {"model": self.model(), "train": [self.recording()], "test": [self.recording()]}
+        train, test = (self.recording(seed, samples=3000) for seed in (1, 2))
+        return {"model": self.model(), "train": [train], "test": [test]}
 
     def lease(self) -> str:
         """Take the operated rig, from whoever has it, and clear its fault."""
@@ -208,7 +209,7 @@ SUPPLIES: Mapping[str, Callable[[World], str]] = {
 BY_PARAMETER: Mapping[str, Callable[[World], str]] = {
     "session_id": World.session,
     "campaign_id": World.campaign,
-    "recording_id": World.recording,
+    "recording_id": lambda world: world.recording(),
     "model_id": World.model,
     "analysis_id": World.analysis,
     "token_id": World.token,

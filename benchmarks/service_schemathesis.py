@@ -109,8 +109,11 @@ def finish_analysis(service: BenchService) -> str:
         made = World(client).analysis()
         deadline_s = time.monotonic() + _ANALYSIS_S
         while time.monotonic() < deadline_s:
-            if client.get(f"/api/v1/discrepancies/{made}").json()["state"] == "done":
+            view = client.get(f"/api/v1/discrepancies/{made}").json()
+            if view["state"] == "done":
                 return made
+            if view["state"] == "failed":
+                raise RuntimeError(f"the analysis failed: {view['reason']}")
             time.sleep(0.5)
     raise TimeoutError(f"the analysis {made} was not done within {_ANALYSIS_S:g} s")
 
