@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from discrepancy.data.series import POSITION, Series
 from discrepancy.fitting.free_run import MOST_WINDOWS, best_free_run
-from discrepancy.fitting.levenberg import fit, glance
 from discrepancy.fitting.problem import Noise, SimulationProblem
+from discrepancy.fitting.projection import fit_starts
 
 FloatArray = NDArray[np.float64]
 
@@ -66,10 +66,8 @@ def simulate_series(series: Sequence[Series], vector: FloatArray) -> list[Curve]
     # A smoothed speed errs at its ends: a record may begin at rest though its first samples say otherwise.
     starts = problem.initial_starts()
     at_rest = tuple(start * np.array([0.0, 1.0]) for start in starts)
-    begun = [glance(problem, (), (vector, one), 1, None) for one in (starts, at_rest)]
-    best = min(begun, key=lambda one: one.loss)
-    fitted = fit(problem, (), best.vector, best.starts, 2)
-    return _curves(series, problem.simulate(fitted.vector, fitted.starts))
+    fitted = min((fit_starts(problem, vector, one) for one in (starts, at_rest)), key=lambda one: one.loss)
+    return _curves(series, fitted.outputs)
 
 
 def _curves(series: Sequence[Series], outputs: Sequence[FloatArray]) -> list[Curve]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from discrepancy.fitting.parameters import FitParameter
 from discrepancy.fitting.problem import SimulationProblem, Starts
+from discrepancy.fitting.projection import STEEPEST, Point, Projector, bounded, moved_starts
 from discrepancy.simulation import slots as s
 
 FloatArray = NDArray[np.float64]
@@ -20,8 +21,6 @@ FloatArray = NDArray[np.float64]
 _DIFFERENCE = 3e-4
 _COARSE_DIFFERENCE = 1e-2
 """Backlash makes the motion chaotic: its loss is smooth only over steps that are larger than single contacts."""
-_RUNAWAY = 1e6
-_STEEPEST = 1e9
 _TOLERANCE = 3e-5
 
 
@@ -64,94 +63,16 @@ class Fit:
         return np.asarray(np.linalg.pinv(self.normal(), rcond=1e-14) * np.outer(slope, slope) * variance)
 
 
-class _Point:
-    """One evaluated point: simulation, residual, start sensitivities."""
-
-    def __init__(
-        self, problem: SimulationProblem, data: FloatArray, vector: FloatArray, starts: Starts
-    ) -> None:
-        self.vector, self.starts = vector, starts
-        self.outputs = problem.simulate(vector, starts)
-        # A trial that runs away must lose, not raise.
-        self.raw = _bounded(data - problem.flatten(self.outputs), _RUNAWAY, _RUNAWAY)
-
-
-class _Projector:
-    """Removes what the starting states can explain, window by window."""
-
-    def __init__(self, problem: SimulationProblem, point: _Point) -> None:
-        columns = problem.start_columns(point.vector, point.starts, point.outputs)
-        self.slices = problem.window_slices() if columns else []
-        self.bases = []
-        self.inverses = []
-        for parts in self.slices:
-            block = np.stack([np.concatenate([c[part] for part in parts]) for c in columns], axis=1)
-            block = _bounded(block, _STEEPEST)
-            norm = np.linalg.norm(block, axis=0)
-            block[:, norm < 1e-9] = 0.0
-            self.bases.append(block)
-            self.inverses.append(_pseudo_inverse(block))
-
-    def coefficients(self, values: FloatArray) -> list[FloatArray]:
-        """Return the start changes that explain `values` best, one array a window."""
-        return [
-            inverse @ np.concatenate([values[part] for part in parts])
-            for parts, inverse in zip(self.slices, self.inverses, strict=True)
-        ]
-
-    def project(self, values: FloatArray) -> FloatArray:
-        """Return `values` without what the starts explain; shape (N,) or (N, p)."""
-        if len(self.slices) == 1 and len(self.slices[0]) == 1:
-            return np.asarray(values - self.bases[0] @ (self.inverses[0] @ values))
-        result = values.copy()
-        for parts, base, inverse in zip(self.slices, self.bases, self.inverses, strict=True):
-            whole = np.concatenate([values[part] for part in parts])
-            whole = whole - base @ (inverse @ whole)
-            at = 0
-            for part in parts:
-                size = part.stop - part.start
-                result[part] = whole[at : at + size]
-                at += size
-        return result
-
-
-def _pseudo_inverse(block: FloatArray) -> FloatArray:
-    """Return the pseudo-inverse, shape (k, n), of start sensitivities, shape (n, k); one column needs no SVD."""
-    if block.shape[1] > 1:
-        return np.asarray(np.linalg.pinv(block, rcond=1e-9))
-    power = float(block[:, 0] @ block[:, 0])
-    return block.T / power if power > 0.0 else np.zeros(block.T.shape)
-
-
-def _bounded(values: FloatArray, limit: float, nan: float = 0.0) -> FloatArray:
-    """Return values that are finite and within the limit; `nan` stands for what is no number."""
-    if np.max(values, initial=0.0) <= limit and np.min(values, initial=0.0) >= -limit:  # both False for a NaN
-        return values
-    return np.asarray(np.clip(np.nan_to_num(values, nan=nan), -limit, limit))
-
-
 def project_starts(problem: SimulationProblem, at: Fit, columns: FloatArray) -> FloatArray:
     """Return flattened columns, shape (N, k), without what the starting states at a fitted point can explain."""
-    return _Projector(problem, _Point(problem, problem.measured(), at.vector, at.starts)).project(columns)
-
-
-def _moved_starts(problem: SimulationProblem, starts: Starts, changes: list[FloatArray]) -> Starts:
-    rows = problem.start_rows() if changes else ()
-    moved = tuple(start.copy() for start in starts)
-    window = 0
-    for start in moved:
-        for m in range(start.shape[0]):
-            for column, row in enumerate(rows):
-                start[m, row] += changes[window][column]
-            window += 1
-    return moved
+    return Projector(problem, Point(problem, problem.measured(), at.vector, at.starts)).project(columns)
 
 
 def _jacobian(
     problem: SimulationProblem,
-    point: _Point,
+    point: Point,
     parameters: Sequence[FitParameter],
-    projector: _Projector,
+    projector: Projector,
     reuse: FloatArray | None,
 ) -> FloatArray:
     """Return d simulated / d coordinate by forward differences, starts projected out, shape (N, p)."""
@@ -170,7 +91,7 @@ def _jacobian(
         vector = point.vector.copy()
         vector[parameter.slot] = parameter.decode(z + h)
         columns[:, i] = (problem.flatten(problem.simulate(vector, point.starts)) - at) / h
-    return projector.project(_bounded(columns, _STEEPEST))
+    return projector.project(bounded(columns, STEEPEST))
 
 
 def _step(jacobian: FloatArray, residual: FloatArray, damping: float, free: NDArray[np.bool_]) -> FloatArray:
@@ -187,7 +108,7 @@ def _step(jacobian: FloatArray, residual: FloatArray, damping: float, free: NDAr
     return step
 
 
-def _free(point: _Point, parameters: Sequence[FitParameter], gradient: FloatArray) -> NDArray[np.bool_]:
+def _free(point: Point, parameters: Sequence[FitParameter], gradient: FloatArray) -> NDArray[np.bool_]:
     """Mark coordinates that are not pressed against a bound."""
     free = np.ones(len(parameters), dtype=np.bool_)
     for i, parameter in enumerate(parameters):
@@ -254,11 +175,11 @@ def _fit(
     vector, starts = at
     reuse = None if scan is None else scan.reuse
     data = problem.measured()
-    point = _Point(problem, data, problem.prepare(vector), starts)
+    point = Point(problem, data, problem.prepare(vector), starts)
     damping = 1e-3
     done = 0
     while True:
-        projector = _Projector(problem, point)
+        projector = Projector(problem, point)
         residual = projector.project(point.raw)
         jacobian = _jacobian(problem, point, parameters, projector, reuse)
         loss = float(residual @ residual)
@@ -271,7 +192,7 @@ def _fit(
         gain = loss - better[1]
         point = better[0]
         if gain <= _TOLERANCE * loss or (scan is not None and done >= iterations):
-            projector = _Projector(problem, point)
+            projector = Projector(problem, point)
             residual = projector.project(point.raw)
             loss = float(residual @ residual)
             break
@@ -284,10 +205,10 @@ def _fit(
 def _descend(
     problem: SimulationProblem,
     data: FloatArray,
-    at: tuple[_Point, _Projector, FloatArray, FloatArray],
+    at: tuple[Point, Projector, FloatArray, FloatArray],
     parameters: Sequence[FitParameter],
     damping: float,
-) -> tuple[tuple[_Point, float] | None, float]:
+) -> tuple[tuple[Point, float] | None, float]:
     """Try steps with growing damping until one lowers the loss."""
     point, projector, residual, jacobian = at
     loss = float(residual @ residual)
@@ -300,8 +221,8 @@ def _descend(
             vector[parameter.slot] = parameter.decode(z)
         # The starts follow the step linearly: what the moved parameters leave for them to explain.
         changes = projector.coefficients(point.raw - jacobian @ step)
-        moved = _moved_starts(problem, point.starts, changes)
-        trial = _Point(problem, data, problem.prepare(vector), moved)
+        moved = moved_starts(problem, point.starts, changes)
+        trial = Point(problem, data, problem.prepare(vector), moved)
         value = projector.project(trial.raw)
         trial_loss = float(value @ value)
         if trial_loss < loss:
