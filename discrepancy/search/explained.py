@@ -6,7 +6,10 @@ of them a search names is a finding; that the other one would have been named wi
 
 from collections.abc import Sequence
 
-from discrepancy.search.greedy import Contender, Round
+import numpy as np
+
+from discrepancy.search.choice import Contender
+from discrepancy.search.greedy import Round
 from discrepancy.search.options import SearchOptions
 
 SUBSTANTIAL = 0.5
@@ -32,7 +35,7 @@ def explained_away(rounds: Sequence[Round], added: Sequence[str], options: Searc
         for rival in one.contenders:
             if rival.name in still or rival.name in added or not _substantial(rival, winner, options):
                 continue
-            share = rival.closed / winner.closed
+            share = _share(rival, winner)
             notes[rival.name] = (
                 f"{rival.name} alone would have closed {share:.0%} (rms) of what {winner.name} closed and predicts "
                 f"nothing beside it any more: what looks like {rival.name} is a part of {winner.name}"
@@ -41,4 +44,10 @@ def explained_away(rounds: Sequence[Round], added: Sequence[str], options: Searc
 
 
 def _substantial(rival: Contender, winner: Contender, options: SearchOptions) -> bool:
-    return rival.fall > options.alarm and rival.closed > SUBSTANTIAL * winner.closed
+    return rival.fall > options.alarm and _share(rival, winner) > SUBSTANTIAL
+
+
+def _share(rival: Contender, winner: Contender) -> float:
+    """Return what one law closed over what the other closed, of the output in which the latter closed most."""
+    most = int(np.argmax(winner.closed))
+    return float(rival.closed[most] / winner.closed[most])
