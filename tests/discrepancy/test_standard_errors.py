@@ -61,7 +61,7 @@ def fitted(
         rounds=(),
         problem=problem,
         ranges=ranges,
-        context=Context(executor=None, repeat_noise=problem.noise, bin_size=FACTOR),
+        context=Context(executor=None, repeat_noise=problem.noise, bin_size=np.array([float(FACTOR)])),
         names={},
     )
 
