@@ -33,7 +33,17 @@ def find_doubt(
     rest: tuple[Ranges, SearchOptions, Context],
     names: Mapping[str, str],
 ) -> Place | None:
-    """Return where the model fails, or None if nothing speaks against it.
+    """Return where the model fails most plainly, or None if nothing speaks against it."""
+    return next(iter(find_doubts(problem, state, rest, names)), None)
+
+
+def find_doubts(
+    problem: SimulationProblem,
+    state: State,
+    rest: tuple[Ranges, SearchOptions, Context],
+    names: Mapping[str, str],
+) -> list[Place]:
+    """Return where the model fails, the plainest first; several curves may show the same failure.
 
     Args:
         problem: judged by simulation, with white noise weights.
@@ -56,23 +66,23 @@ def find_doubt(
         return np.maximum(material, options.own_form_error * context.closed) if is_own else material
 
     curves = judge_curves(bench, names)
-    for curve in curves:
-        if admits(curve.judged, curve.size, least(curve)):
-            return curve.place
+    admitted = [curve.place for curve in curves if admits(curve.judged, curve.size, least(curve))]
+    if admitted:
+        return admitted
     for i in pressed(bench.state.fit, state.added):
         parameter = state.fit.parameters[i]
         effect = EFFECTS[parameter.owner]
         judged = bench.judge(bench.sharp.jacobian[:, [i]], bench.state.fit.jacobian[:, [i]], (i,))
         unseen = effect.limits is not None and parameter.name in effect.limits(ranges)
         if admits(judged, 1, material) or (unseen and judged.fall > context.alarm(options)):
-            return Place(port=effect.port, driver=effect.driver, region=None, share=share_of(bench, judged))
+            return [Place(port=effect.port, driver=effect.driver, region=None, share=share_of(bench, judged))]
     if context.repeat_noise is not None and curves:
         left = bench.excess
         part = options.chaotic_left_gap if state.is_chaotic else options.left_gap
         least_left = np.maximum(options.left_noise, options.left_signal * context.signal)
         if np.any(left > np.maximum(least_left, part * context.gap)):
-            return curves[0].place
-    return None
+            return [curves[0].place]
+    return []
 
 
 def pressed(fit: Fit, owners: tuple[str, ...]) -> list[int]:

@@ -1,6 +1,6 @@
 """The whole search: rounds until nothing helps, then prune and swap."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
 from discrepancy.search.context import Context
 from discrepancy.search.curves import Bench, called, judge_curves, make_bench
-from discrepancy.search.doubts import find_doubt
+from discrepancy.search.doubts import find_doubts
 from discrepancy.search.greedy import Round, closed_amount, run_round
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
@@ -162,12 +162,13 @@ def _conclude(
     """Ask whether the names explain it all; take doubtful ones back and say where the rest lies."""
     ranges, _, context = rest
     patched = patchwork(outcome)
-    doubt = find_doubt(outcome.problem, outcome.steps[-1].state, rest, names)
+    doubts = find_doubts(outcome.problem, outcome.steps[-1].state, rest, names)
+    doubt = doubts[0] if doubts else None
     if doubt is None and not patched:
         return outcome
     if len(outcome.steps) == 1:
         return replace(outcome, unknown=doubt)
-    doubted = patched | _shaken(outcome, doubt, (ranges, context, names))
+    doubted = patched | _shaken(outcome, doubts, (ranges, context, names))
     kept = _without_steps(outcome, doubted, ranges)
     if doubted:
         curves = judge_curves(make_bench(outcome.problem, kept[-1].state, ranges, context), names)
@@ -178,19 +179,19 @@ def _conclude(
 
 
 def _shaken(
-    outcome: SearchOutcome, doubt: Place | None, rest: tuple[Ranges, Context, Mapping[str, str]]
+    outcome: SearchOutcome, doubts: Sequence[Place], rest: tuple[Ranges, Context, Mapping[str, str]]
 ) -> set[str]:
-    """Return the names that a doubt takes back: those over its variable, and those that did not explain much more."""
+    """Return the names that doubts take back: those over their variables, and those that explained little more."""
     ranges, context, names = rest
-    if doubt is None:
+    if not doubts:
         return set()
     last = outcome.steps[-1].state
     left = make_bench(outcome.problem, last, ranges, context).excess
-    place = (doubt.port, _driver_id(doubt, names))
+    places = {(one.port, _driver_id(one, names)) for one in doubts}
     return {
         str(step.added)
         for step in outcome.steps[1:]
-        if _place_of(step) == place or not np.any(_stands_out(step, left))
+        if _place_of(step) in places or not np.any(_stands_out(step, left))
     }
 
 
