@@ -8,9 +8,10 @@ campaign can play and the rig's limits admit. An answer is certain when it names
 declares no equivalents but those with the same equations, and knows every parameter to a standard error below 5 % (of a
 wave's two parts: of its amplitude). An answer that is not certain and proposes nothing makes the designed arm play a
 random record of 5 s. An arm that has not ended after BUDGET_S, or after RECORDS records, is stopped and counts with the
-time that it has spent; that flatters random excitation, which is stopped far more often.
+time that it has spent.
 
-The seeds stand here since before anything was run on them; those from 31,000,000, 33,000,000 and 41,000,000 are spent.
+The seeds stand here since before anything was run on them; those from 31,000,000, 33,000,000 and
+41,000,000 are spent, and of those from 34,000,000 the first seven.
 Finished cases are kept in OUT and skipped by the next call.
 
 Run: python -m benchmarks.designed_experiments OUT [SECONDS [FIRST_SEED]]   (SECONDS of CPU after which no further case

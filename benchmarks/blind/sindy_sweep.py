@@ -23,6 +23,8 @@ WINDOWS_S = (0.02, 0.1, 0.5, 2.0)
 RIDGES = (1e-4, 0.05)
 THRESHOLDS = (0.03, 0.1, 0.2, 0.4, 0.8)
 ALARMS = 0.01
+SEEN_NULLS, SEEN_HIDDEN = 60, 4
+"""Cases of each id that choose the settings; `sindy_check.py` scores on later ones."""
 NOTHING_HELD: frozenset[str] = frozenset()
 
 
@@ -44,14 +46,24 @@ class Prepared:
         return classify(self.hidden, verdict_of(found, settings, self.question, data))
 
 
-def prepare(condition: str, count: int) -> list[Prepared]:
-    """Return visible development cases without their records, which the balances replace."""
+def prepare(
+    condition: str, count: int, skip: int = 0, windows: Sequence[float] = WINDOWS_S
+) -> list[Prepared]:
+    """Return visible development cases without their records, which the balances replace.
+
+    Args:
+        condition: of the blind benchmark.
+        count: cases of each id.
+        skip: of these, cases of each id that are left out.
+        windows: lengths of the balances, s.
+    """
     found = []
-    for case in list_cases(condition, scoring=False, count=count):
+    first = skip * len(list_cases(condition, scoring=False, count=1))
+    for case in list_cases(condition, scoring=False, count=count)[first:]:
         made = make_emulated(case)
         if min(made.answer.gap.values(), default=VISIBLE) < VISIBLE:
             continue
-        balances = {window: balance(made.question, window) for window in WINDOWS_S}
+        balances = {window: balance(made.question, window) for window in windows}
         question = replace(made.question, records={})
         found.append(Prepared(hidden=made.answer.hidden, question=question, balances=balances))
     return found
@@ -111,4 +123,6 @@ def main(nulls: int, hidden: int) -> None:
 
 
 if __name__ == "__main__":
-    main(*(int(argument) for argument in sys.argv[1:3])) if len(sys.argv) > 2 else main(60, 4)
+    main(*(int(argument) for argument in sys.argv[1:3])) if len(sys.argv) > 2 else main(
+        SEEN_NULLS, SEEN_HIDDEN
+    )
