@@ -268,7 +268,8 @@ def _is_right(case: Case, location: ParameterLocation) -> bool:
 
 
 def _is_all_right(case: Case) -> bool:
-    return all(_is_right(case, each) for each in ParameterLocation)
+    whole = case.meta is None or bool(case.meta.generation.mode.is_positive)
+    return whole and all(_is_right(case, each) for each in ParameterLocation)
 
 
 def install() -> None:
