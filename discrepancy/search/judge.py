@@ -17,8 +17,6 @@ from discrepancy.fitting.problem import SimulationProblem
 FloatArray = NDArray[np.float64]
 
 BLOCK_S = 2.0
-_RIDGE = 1e-10
-"""Added to the information matrix of columns of unit length."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,18 +35,20 @@ class HeldOut:
 def held_out(problem: SimulationProblem, fit: Fit) -> HeldOut:
     """Return the loss of each block predicted by a fit to all the others."""
     blocks = problem.blocks(BLOCK_S)
-    scale = np.linalg.norm(fit.jacobian, axis=0) + 1e-12
-    J, r = fit.jacobian / scale, fit.residual
-    if J.shape[1] == 0:
-        losses = np.array([sum(float(r[part] @ r[part]) for part in parts) for parts in blocks])
-        return HeldOut(loss=float(losses.sum()), blocks=losses)
-    inside = np.stack([sum(J[part].T @ J[part] for part in parts) for parts in blocks])
-    right = np.stack([sum(J[part].T @ r[part] for part in parts) for parts in blocks])
-    # What one block alone shows is lost without it: the ridge keeps that direction where it was.
-    normal = J.T @ J + _RIDGE * np.eye(J.shape[1])
-    moved = np.linalg.solve(normal - inside, right[:, :, None])[:, :, 0]
+    J, r = fit.jacobian, fit.residual
+    p = J.shape[1]
+    normal = J.T @ J
+    scale = np.sqrt(np.diag(normal)) + 1e-12
+    ridge = np.diag(scale**2) * 1e-10
     losses = np.empty(len(blocks))
     for b, parts in enumerate(blocks):
-        left = np.concatenate([r[part] + J[part] @ moved[b] for part in parts])
+        rb = np.concatenate([r[part] for part in parts])
+        if p == 0:
+            losses[b] = rb @ rb
+            continue
+        Jb = np.concatenate([J[part] for part in parts])
+        # What this block alone shows must stay where it was: the cut at small singular values sees to that.
+        moved = np.linalg.lstsq(normal - Jb.T @ Jb + ridge, Jb.T @ rb, rcond=1e-13)[0]
+        left = rb + Jb @ moved
         losses[b] = left @ left
     return HeldOut(loss=float(losses.sum()), blocks=losses)
