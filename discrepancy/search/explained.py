@@ -6,6 +6,7 @@ of them a search names is a finding; that the other one would have been named wi
 
 from collections.abc import Sequence
 
+from discrepancy.effects.table import EFFECTS
 from discrepancy.search.greedy import Contender, Round
 from discrepancy.search.options import SearchOptions
 
@@ -30,7 +31,10 @@ def explained_away(rounds: Sequence[Round], added: Sequence[str], options: Searc
         if winner is None or winner.name not in added:
             continue
         for rival in one.contenders:
-            if rival.name in still or rival.name in added or not _substantial(rival, winner, options):
+            # A richer form of the named law, or a simpler one, is no other finding.
+            if rival.name in still | set(added) or _are_nested(rival.name, winner.name):
+                continue
+            if not _substantial(rival, winner, options):
                 continue
             share = rival.closed / winner.closed
             notes[rival.name] = (
@@ -38,6 +42,10 @@ def explained_away(rounds: Sequence[Round], added: Sequence[str], options: Searc
                 f"nothing beside it any more: what looks like {rival.name} is a part of {winner.name}"
             )
     return tuple(notes.values())
+
+
+def _are_nested(one: str, other: str) -> bool:
+    return one in EFFECTS[other].contains or other in EFFECTS[one].contains
 
 
 def _substantial(rival: Contender, winner: Contender, options: SearchOptions) -> bool:
