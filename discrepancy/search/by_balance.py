@@ -12,6 +12,7 @@ from dataclasses import replace
 from discrepancy.data.series import Series
 from discrepancy.fitting.free_run import MOST_WINDOWS
 from discrepancy.search.finish import SearchOutcome, Step
+from discrepancy.search.greedy import closed_amount
 from discrepancy.search.halves import halves_error
 from discrepancy.search.state import parameters_of, refit
 from discrepancy.simulation import slots as s
@@ -66,7 +67,7 @@ def _in_simulation(outcome: SearchOutcome, balance: SearchOutcome) -> tuple[Step
         begun = replace(first.state.fit, vector=vector, parameters=tuple(parameters))
         state = replace(first.state, added=step.state.added, fit=begun, nameplate=None)
         state = refit(outcome.problem, state, outcome.ranges)
-        closed = outcome.context.rms(outcome.problem, before.fit.loss - state.fit.loss)
+        closed = closed_amount(outcome.problem, outcome.context, (before, state))
         steps.append(replace(step, state=state, closed=closed))
         before = state
     return tuple(steps)

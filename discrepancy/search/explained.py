@@ -6,8 +6,11 @@ of them a search names is a finding; that the other one would have been named wi
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from discrepancy.effects.table import EFFECTS
-from discrepancy.search.greedy import Contender, Round
+from discrepancy.search.choice import Contender
+from discrepancy.search.greedy import Round
 from discrepancy.search.options import SearchOptions
 
 SUBSTANTIAL = 0.5
@@ -36,7 +39,7 @@ def explained_away(rounds: Sequence[Round], added: Sequence[str], options: Searc
                 continue
             if not _substantial(rival, winner, options):
                 continue
-            share = rival.closed / winner.closed
+            share = _size(rival) / _size(winner)
             notes[rival.name] = (
                 f"{rival.name} alone would have closed {share:.0%} (rms) of what {winner.name} closed and predicts "
                 f"nothing beside it any more: what looks like {rival.name} is a part of {winner.name}"
@@ -44,9 +47,14 @@ def explained_away(rounds: Sequence[Round], added: Sequence[str], options: Searc
     return tuple(notes.values())
 
 
+def _size(contender: Contender) -> float:
+    """Return what a contender closed, over all outputs."""
+    return float(np.linalg.norm(contender.closed))
+
+
 def _are_nested(one: str, other: str) -> bool:
     return one in EFFECTS[other].contains or other in EFFECTS[one].contains
 
 
 def _substantial(rival: Contender, winner: Contender, options: SearchOptions) -> bool:
-    return rival.fall > options.alarm and rival.closed > SUBSTANTIAL * winner.closed
+    return rival.fall > options.alarm and _size(rival) > SUBSTANTIAL * _size(winner)

@@ -3,8 +3,11 @@
 from dataclasses import replace
 from typing import cast
 
+import numpy as np
+
+from discrepancy.search.choice import Contender
 from discrepancy.search.explained import explained_away
-from discrepancy.search.greedy import Contender, Round
+from discrepancy.search.greedy import Round
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import State
 
@@ -13,7 +16,7 @@ NO_STATE = cast(State, None)
 
 
 def contender(name: str, fall: float, closed: float) -> Contender:
-    return Contender(name=name, state=NO_STATE, white_loss=1.0, fall=fall, closed=closed)
+    return Contender(name=name, state=NO_STATE, white_loss=1.0, fall=fall, closed=np.array([closed]))
 
 
 def judged(contenders: tuple[Contender, ...], winner: Contender | None) -> Round:
