@@ -5,7 +5,6 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daq.recording.recording import Recording
 from discrepancy.assemble import assemble, column_names
@@ -13,7 +12,7 @@ from discrepancy.data.checks import check_inputs
 from discrepancy.data.identifiable import hold_unidentified
 from discrepancy.data.ranges import find_waves, signal_ranges
 from discrepancy.data.repeats import find_repeats, merge_repeats
-from discrepancy.data.series import CURRENT, SPEED, TORQUE, Series, bin_series, cut_windows, read_series
+from discrepancy.data.series import SPEED, TORQUE, Series, bin_series, cut_windows, read_series
 from discrepancy.design.limits import RigLimits
 from discrepancy.effects.spec import Ranges
 from discrepancy.effects.table import EFFECTS
@@ -29,6 +28,7 @@ from discrepancy.fitting.parameters import (
     smoothing_parameter,
 )
 from discrepancy.fitting.problem import COARSE_STEP_ANGLE, Noise, SimulationProblem
+from discrepancy.fitting.response import check_response
 from discrepancy.model.schema import InputHold, JointModel, Judge
 from discrepancy.model.structure import hold_scale, parameters_in_disguise
 from discrepancy.result import GapResult
@@ -52,7 +52,6 @@ SCOUT_FACTOR = 2
 """Starts are tried on samples so many times coarser than those that decide."""
 SHORTEST_BIN_S = 1e-3
 LATENCY_S = 1.2e-3
-LEAST_RESPONSE = 0.01
 BEFORE_THE_SENSOR = frozenset({"current_saturation", "inverter_dead_time"})
 """Effects between the reference and the measured current: a record that holds both drives the joint by what is left."""
 
@@ -293,22 +292,3 @@ def scout_problem(problem: SimulationProblem) -> SimulationProblem:
     coarse = tuple(bin_series(one, SCOUT_FACTOR) for one in problem.series)
     longest = SCOUT_FACTOR * problem.longest_step
     return replace(problem, series=coarse, step_angle=COARSE_STEP_ANGLE, longest_step=longest)
-
-
-def check_response(problem: SimulationProblem, vector: NDArray[np.float64]) -> None:
-    """Refuse records in which the joint does not answer its input at all.
-
-    Raises:
-        GapInputError: an output moves less than a hundredth of what the nameplate predicts.
-    """
-    outputs = problem.simulate(problem.prepare(vector), problem.initial_starts())
-    for one, output in zip(problem.series, outputs, strict=True):
-        for channel in one.channels:
-            predicted, seen = float(np.std(output[channel.row])), float(np.std(channel.values))
-            # A simulated position or torque balance may be far off for other reasons than a blocked joint.
-            if channel.row in (SPEED, CURRENT) and seen < LEAST_RESPONSE * predicted:
-                raise GapInputError(
-                    f"{one.label}: {channel.name} varies by {seen:.3g} where the nameplate predicts "
-                    f"{predicted:.3g}: the joint "
-                    "does not answer its input (blocked, disarmed, or at rest). Record a joint that moves"
-                )

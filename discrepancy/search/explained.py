@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from discrepancy.effects.table import EFFECTS
 from discrepancy.search.choice import Contender
 from discrepancy.search.greedy import Round
 from discrepancy.search.options import SearchOptions
@@ -33,9 +34,12 @@ def explained_away(rounds: Sequence[Round], added: Sequence[str], options: Searc
         if winner is None or winner.name not in added:
             continue
         for rival in one.contenders:
-            if rival.name in still or rival.name in added or not _substantial(rival, winner, options):
+            # A richer form of the named law, or a simpler one, is no other finding.
+            if rival.name in still | set(added) or _are_nested(rival.name, winner.name):
                 continue
-            share = _share(rival, winner)
+            if not _substantial(rival, winner, options):
+                continue
+            share = _size(rival) / _size(winner)
             notes[rival.name] = (
                 f"{rival.name} alone would have closed {share:.0%} (rms) of what {winner.name} closed and predicts "
                 f"nothing beside it any more: what looks like {rival.name} is a part of {winner.name}"
@@ -43,11 +47,14 @@ def explained_away(rounds: Sequence[Round], added: Sequence[str], options: Searc
     return tuple(notes.values())
 
 
+def _size(contender: Contender) -> float:
+    """Return what a contender closed, over all outputs."""
+    return float(np.linalg.norm(contender.closed))
+
+
+def _are_nested(one: str, other: str) -> bool:
+    return one in EFFECTS[other].contains or other in EFFECTS[one].contains
+
+
 def _substantial(rival: Contender, winner: Contender, options: SearchOptions) -> bool:
-    return rival.fall > options.alarm and _share(rival, winner) > SUBSTANTIAL
-
-
-def _share(rival: Contender, winner: Contender) -> float:
-    """Return what one law closed over what the other closed, of the output in which the latter closed most."""
-    most = int(np.argmax(winner.closed))
-    return float(rival.closed[most] / winner.closed[most])
+    return rival.fall > options.alarm and _size(rival) > SUBSTANTIAL * _size(winner)

@@ -46,3 +46,9 @@ def test_a_law_that_still_helps_is_not_called_needless() -> None:
 def test_a_law_is_not_explained_by_a_name_that_was_taken_back() -> None:
     last = judged((replace(OFFSET, fall=2.0),), None)
     assert explained_away((FIRST, last), (), OPTIONS) == ()
+
+
+def test_a_richer_form_of_the_named_law_is_not_mentioned() -> None:
+    dry, richer = contender("coulomb_friction", 900.0, 4.0), contender("stribeck_friction", 890.0, 4.0)
+    last = judged((replace(richer, fall=2.0),), None)
+    assert explained_away((judged((dry, richer), dry), last), ("coulomb_friction",), OPTIONS) == ()
