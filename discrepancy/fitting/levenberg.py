@@ -103,8 +103,8 @@ def _step(jacobian: FloatArray, residual: FloatArray, damping: float, free: NDAr
     normal = J.T @ J
     scale = np.sqrt(np.diag(normal)) + 1e-12
     scaled = normal / np.outer(scale, scale) + damping * np.eye(len(scale))
-    # The damping keeps the matrix well-conditioned: no search for its rank is needed.
-    step[free] = np.linalg.solve(scaled, (J.T @ residual) / scale) / scale
+    # Not `solve`: a direction that the outputs do not show must stay, and in a chaotic motion rounding decides.
+    step[free] = np.linalg.lstsq(scaled, (J.T @ residual) / scale, rcond=1e-12)[0] / scale
     return step
 
 
