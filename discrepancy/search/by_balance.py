@@ -12,7 +12,7 @@ from dataclasses import replace
 from discrepancy.data.series import Series
 from discrepancy.fitting.free_run import MOST_WINDOWS
 from discrepancy.search.finish import SearchOutcome, Step
-from discrepancy.search.greedy import closed_amount
+from discrepancy.search.greedy import Round, closed_amount
 from discrepancy.search.halves import halves_error
 from discrepancy.search.state import parameters_of, refit
 from discrepancy.simulation import slots as s
@@ -52,7 +52,17 @@ def choose_names(outcome: SearchOutcome, balance: SearchOutcome, whole: Sequence
     if not stands:
         return outcome
     return replace(
-        outcome, steps=steps, rounds=balance.rounds, unknown=balance.unknown, notes=(*outcome.notes, NOTE)
+        outcome, steps=steps, rounds=_as_tried(balance), unknown=balance.unknown, notes=(*outcome.notes, NOTE)
+    )
+
+
+def _as_tried(balance: SearchOutcome) -> tuple[Round, ...]:
+    """Return the balance's rounds as a list of what was tried: their models cannot be asked for a next experiment."""
+    if balance.unknown is not None:
+        return ()
+    return tuple(
+        replace(one, winner=None, contenders=tuple(c for c in one.contenders if c is not one.winner))
+        for one in balance.rounds
     )
 
 

@@ -7,7 +7,9 @@ import pytest
 
 from discrepancy.data.series import read_series
 from discrepancy.search.by_balance import NOTE, choose_names
+from discrepancy.search.choice import Contender
 from discrepancy.search.finish import SearchOutcome, Step
+from discrepancy.search.greedy import Round
 from discrepancy.search.halves import halves_error, split_series
 from discrepancy.search.state import State, refit, scan_effect
 from discrepancy.workflow import prepare_simulation
@@ -69,3 +71,14 @@ def test_the_true_laws_predict_a_half_to_a_fraction_of_what_one_of_them_does() -
     right, poor = (outcome_of(*names).steps[-1].state for names in (TRUTH, TRUTH[:1]))
     error = halves_error(PREPARED.problem, right, WHOLE)
     assert error < 0.2 * halves_error(PREPARED.problem, poor, WHOLE)
+
+
+def test_what_the_balance_tried_holds_no_winner_to_design_an_experiment_from() -> None:
+    won = Contender(name="load_torque_offset", state=PREPARED.state, white_loss=1.0)
+    lost = Contender(name="quadratic_drag", state=PREPARED.state, white_loss=2.0)
+    one = Round(
+        before=PREPARED.state, contenders=(won, lost), winner=won, equivalents=(), problem=PREPARED.problem
+    )
+    balance = replace(outcome_of(*TRUTH), rounds=(one,))
+    chosen = choose_names(outcome_of("quadratic_drag", "torque_ripple"), balance, WHOLE)
+    assert [(r.winner, [c.name for c in r.contenders]) for r in chosen.rounds] == [(None, ["quadratic_drag"])]
