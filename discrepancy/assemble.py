@@ -17,9 +17,9 @@ from discrepancy.report.law import LawMaker
 from discrepancy.report.pictures import Detectable, Pictures
 from discrepancy.report.spectra import noise_spectra
 from discrepancy.result import GapResult, NamelessTerm, ParameterChange, Rejected, ResultStep, total_gap
-from discrepancy.search.finish import SearchOutcome, Step
 from discrepancy.search.open_questions import next_question
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.spline import SplineTerm, fit_spline
 from discrepancy.search.standard_errors import robust_covariance, standard_errors
 from discrepancy.search.state import State

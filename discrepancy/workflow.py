@@ -35,11 +35,12 @@ from discrepancy.result import GapResult
 from discrepancy.search.by_balance import choose_names
 from discrepancy.search.context import Context
 from discrepancy.search.explained import explained_away
-from discrepancy.search.finish import SearchOutcome, search
+from discrepancy.search.finish import search
 from discrepancy.search.free_run import refine_free_run
 from discrepancy.search.full_rate import refine_full_rate
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.outcome import SearchOutcome
 from discrepancy.search.outputs import output_losses, output_rows
 from discrepancy.search.state import State, with_best_smoothing
 from discrepancy.simulation import slots as s

@@ -11,9 +11,9 @@ from dataclasses import replace
 
 from discrepancy.data.series import Series
 from discrepancy.fitting.free_run import MOST_WINDOWS
-from discrepancy.search.finish import SearchOutcome, Step
 from discrepancy.search.greedy import Round, closed_amount
 from discrepancy.search.halves import halves_error
+from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.state import parameters_of, refit
 from discrepancy.simulation import slots as s
 

@@ -19,8 +19,9 @@ from discrepancy.fitting.levenberg import Fit
 from discrepancy.fitting.parameters import BASE
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place
+from discrepancy.search.bench import Judgement, make_bench
 from discrepancy.search.context import Context
-from discrepancy.search.curves import Curve, Judgement, called, judge_curves, make_bench, share_of
+from discrepancy.search.curves import Curve, called, judge_curves, share_of
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import State
 

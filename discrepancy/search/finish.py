@@ -1,30 +1,29 @@
 """The whole search: rounds until nothing helps, then prune and swap."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from discrepancy.data.series import TORQUE
 from discrepancy.effects.spec import Port, Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
+from discrepancy.search.bench import make_bench
 from discrepancy.search.context import Context
-from discrepancy.search.curves import Bench, called, judge_curves, make_bench
+from discrepancy.search.curves import called, judge_curves
 from discrepancy.search.doubts import find_doubts
-from discrepancy.search.greedy import Round, closed_amount, run_round
+from discrepancy.search.greedy import Round, run_round
 from discrepancy.search.noise import measure_noise, residual_parts
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.pairs import find_pair
+from discrepancy.search.prune import prune
 from discrepancy.search.remainder import find_remainder
-from discrepancy.search.same import Equivalent
 from discrepancy.search.state import (
     State,
-    polish,
     refit,
-    scan_effect,
     with_best_form,
     with_best_smoothing,
     without,
@@ -37,60 +36,6 @@ MINOR_SHARE = 0.15
 """An effect that closes less than this part of all that was closed is minor."""
 SHAKEN = 0.15
 """A name is taken back if what nobody explains is more than this part of what it closed."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Step:
-    """One accepted model, base first."""
-
-    state: State
-    added: str | None
-    equivalents: tuple[Equivalent, ...] = ()
-    fall: float = 0.0
-    closed: FloatArray = field(default_factory=lambda: np.zeros(1))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SearchOutcome:
-    """The accepted models in order and every round as it went."""
-
-    steps: tuple[Step, ...]
-    rounds: tuple[Round, ...]
-    problem: SimulationProblem
-    ranges: Ranges
-    context: Context
-    names: Mapping[str, str]
-    unknown: Place | None = None
-    notes: tuple[str, ...] = field(default=())
-
-    @property
-    def is_torque(self) -> bool:
-        """Whether the torque balance was judged, not a simulation."""
-        return self.problem.series[0].channels[0].row == TORQUE
-
-    def bench(self, state: State) -> Bench | None:
-        """Return a model of this search fitted under both noise models; None where torque is judged."""
-        return None if self.is_torque else make_bench(self.problem, state, self.ranges, self.context)
-
-    def places(self, state: State) -> list[Place]:
-        """Return where a model of this search fails on the training records, the largest share first."""
-        bench = self.bench(state)
-        if bench is None:
-            return locate(
-                self.problem.series, residual_parts(self.problem, state), state.fit.vector, self.names
-            )
-        least = SearchOptions().alarm
-        return [
-            curve.place if curve.judged.fall > least else replace(curve.place, share=0.0)
-            for curve in judge_curves(bench, self.names)
-        ]
-
-    @property
-    def verdict(self) -> str:
-        """`named`, `none` or `unknown`."""
-        if self.unknown is not None:
-            return "unknown"
-        return "named" if len(self.steps) > 1 else "none"
 
 
 def search(
@@ -229,50 +174,6 @@ def _conclude_torque(
         return replace(outcome, unknown=unknown)
     places = locate(problem.series, residual_parts(problem, first), first.fit.vector, names)
     return _withdraw(outcome, places[0] if places else unknown, (ranges, names, patched))
-
-
-def prune(
-    problem: SimulationProblem,
-    found: tuple[State, list[Step]],
-    ranges: Ranges,
-    limits: tuple[SearchOptions, Context, FloatArray],
-) -> tuple[State, list[Step]]:
-    """Drop earlier effects that the newest one has made unnecessary, and replace laws by simpler ones that do as well.
-
-    Args:
-        problem: with white noise weights.
-        found: the model so far and its steps.
-        ranges: sizes of the signals.
-        limits: options, bin size, and what has been closed so far.
-    """
-    current, steps = found
-    options, context, closed = limits
-    visible = replace(context, closed=closed).material(options, ())
-    for name in current.added[:-1]:
-        trial = refit(problem, without(current, [name]), ranges, 8)
-        lost = closed_amount(problem, context, (trial, current))
-        if np.all(lost < visible):
-            current = trial
-            steps = [step for step in steps if step.added != name]
-            steps[-1] = replace(steps[-1], state=trial)
-    for name in current.added:
-        for simple in EFFECTS[name].contains:
-            trial = _simplified(problem, current, (name, simple), ranges)
-            lost = closed_amount(problem, context, (trial, current))
-            if np.all(lost < visible):
-                current = trial
-                steps = [replace(st, added=simple) if st.added == name else st for st in steps]
-                steps[-1] = replace(steps[-1], state=trial)
-                break
-    return current, steps
-
-
-def _simplified(problem: SimulationProblem, state: State, pair: tuple[str, str], ranges: Ranges) -> State:
-    """Return the model with a law replaced by a simpler one that it contains."""
-    name, simple = pair
-    place = state.added.index(name)
-    found = polish(problem, scan_effect(problem, without(state, [name]), simple, ranges), ranges)
-    return replace(found, added=(*state.added[:place], simple, *state.added[place + 1 :]))
 
 
 def patchwork(outcome: SearchOutcome) -> frozenset[str]:

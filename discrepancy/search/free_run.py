@@ -12,7 +12,7 @@ from discrepancy.data.series import Series
 from discrepancy.fitting.free_run import MOST_WINDOWS, best_free_run
 from discrepancy.fitting.levenberg import fit
 from discrepancy.fitting.problem import SimulationProblem
-from discrepancy.search.finish import SearchOutcome
+from discrepancy.search.outcome import SearchOutcome
 from discrepancy.search.state import State
 
 

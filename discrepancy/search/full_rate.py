@@ -17,7 +17,7 @@ from discrepancy.data.repeats import merge_as
 from discrepancy.data.series import SPEED, Series, bin_index
 from discrepancy.fitting.levenberg import Fit, fit
 from discrepancy.fitting.problem import SimulationProblem
-from discrepancy.search.finish import SearchOutcome
+from discrepancy.search.outcome import SearchOutcome
 
 FloatArray = NDArray[np.float64]
 

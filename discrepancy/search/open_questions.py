@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.design.excitations import RAMP_S
 from discrepancy.design.limits import RigLimits, limits_of_records
 from discrepancy.design.measurements import other_measurement
 from discrepancy.design.prediction import Stage
@@ -24,9 +23,10 @@ from discrepancy.design.question import (
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.parameters import NUISANCES
 from discrepancy.search.choice import Contender
-from discrepancy.search.finish import SearchOutcome, Step
+from discrepancy.search.entries import Entry, only_measurement, others, proposed
 from discrepancy.search.greedy import Round
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.outputs import output_counts
 from discrepancy.search.same import Equivalent, exact_equivalents
 from discrepancy.search.standard_errors import robust_covariance
@@ -40,8 +40,6 @@ LEAST = 0.05
 """Below this share of what is needed by every pair, a proposal does not tell rivals apart."""
 SAFETY = 2.0
 """A predicted distance scatters by twice its root when it is measured: ask for more than the search does."""
-
-Entry = Mapping[str, Any]  # Any: values of the JSON object `next_experiment`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,12 +101,12 @@ def next_question(
     for question in questions:
         entry = _equivalents(asker, question)
         if entry is not None:
-            return {**entry, **_others(measurements)}
+            return {**entry, **others(measurements)}
         measurements += _without_answer(question)
     entry = _unnamed(asker) or _poor_parameters(asker) or _richer_law(asker)
     if entry is not None:
-        return {**entry, **_others(measurements)}
-    return _only_measurement(measurements)
+        return {**entry, **others(measurements)}
+    return only_measurement(measurements)
 
 
 def _rounds(outcome: SearchOutcome) -> list[tuple[Step, Round]]:
@@ -215,7 +213,7 @@ def _between(
         or max(d / needed(proposal.duration_s, i) for i, d in enumerate(proposal.distances)) < LEAST
     ):
         return None
-    return _entry(_apart(stage, rivals, proposal), [one.name for one in rivals], proposal)
+    return proposed(_apart(stage, rivals, proposal), [one.name for one in rivals], proposal)
 
 
 def _apart(stage: Stage, rivals: Sequence[Rival], proposal: Proposal) -> str:
@@ -257,7 +255,7 @@ def _poor_parameters(asker: _Asker) -> Entry | None:
         f"{p.name} of {p.owner} is known to {one.known:.0%} only; this would leave {left:.1%}"
         for p, one, left in zip(parameters, wanted, proposal.errors, strict=True)
     ]
-    entry = _entry("; ".join(told), list(dict.fromkeys(p.owner for p in parameters)), proposal)
+    entry = proposed("; ".join(told), list(dict.fromkeys(p.owner for p in parameters)), proposal)
     predicted = [
         {"effect": p.owner, "parameter": p.name, "relative_std": left}
         for p, left in zip(parameters, proposal.errors, strict=True)
@@ -283,30 +281,3 @@ def _richer_law(asker: _Asker) -> Entry | None:
             if entry is not None and entry["worth"] >= ENOUGH:
                 return entry
     return None
-
-
-def _entry(why: str, separates: Sequence[str], proposal: Proposal) -> dict[str, Any]:
-    return {
-        "why": why,
-        "separates": list(separates),
-        "duration_s": proposal.duration_s,
-        "excitation": {**proposal.excitation, "ramp_s": RAMP_S},
-        "worth": round(proposal.worth, 3),
-    }
-
-
-def _others(measurements: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    return {"other_measurements": list(measurements)} if measurements else {}
-
-
-def _only_measurement(measurements: Sequence[Mapping[str, Any]]) -> Entry | None:
-    """Return the answer where no excitation helps: another sensor or load would."""
-    if not measurements:
-        return None
-    names = list(dict.fromkeys(name for one in measurements for name in one["separates"]))
-    return {
-        "why": "no current that this rig may be sent tells them apart: another measurement would",
-        "separates": names,
-        "excitation": {},
-        "other_measurements": list(measurements),
-    }

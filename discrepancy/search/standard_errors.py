@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from discrepancy.fitting.levenberg import Fit, project_starts
 from discrepancy.fitting.parameters import TIMING
 from discrepancy.fitting.problem import SimulationProblem
-from discrepancy.search.curves import Bench
+from discrepancy.search.bench import Bench
 from discrepancy.search.judge import BLOCK_S
 
 FloatArray = NDArray[np.float64]

@@ -11,7 +11,8 @@ from discrepancy.assemble import column_names
 from discrepancy.data.series import read_series
 from discrepancy.effects.spec import Port
 from discrepancy.model.schema import JointModel
-from discrepancy.search.curves import judge_curves, make_bench
+from discrepancy.search.bench import make_bench
+from discrepancy.search.curves import judge_curves
 from discrepancy.search.doubts import find_doubt
 from discrepancy.search.greedy import closed_amount
 from discrepancy.search.options import SearchOptions

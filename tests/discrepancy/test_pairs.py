@@ -9,8 +9,9 @@ from daq.recording.recording import Recording
 from discrepancy.data.series import read_series
 from discrepancy.effects.table import EFFECTS
 from discrepancy.model.schema import JointModel
-from discrepancy.search.finish import SearchOutcome, search
+from discrepancy.search.finish import search
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.outcome import SearchOutcome
 from discrepancy.simulation import slots as s
 from discrepancy.workflow import prepare_simulation
 

@@ -22,8 +22,8 @@ from discrepancy.fitting.parameters import (
 from discrepancy.fitting.problem import Noise, SimulationProblem
 from discrepancy.model.schema import JointModel
 from discrepancy.search.context import Context
-from discrepancy.search.finish import SearchOutcome, Step
 from discrepancy.search.full_rate import refine_full_rate
+from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.standard_errors import robust_covariance, standard_errors
 from discrepancy.search.state import State, with_best_smoothing
 from discrepancy.simulation import slots as s

@@ -1,7 +1,9 @@
 """Measured files as users send them: a joint of the first order, with or without dry friction, as CSV."""
 
 import io
+from typing import Any
 
+import httpx
 import numpy as np
 import numpy.typing as npt
 
@@ -16,6 +18,7 @@ parameters:
   torque_constant: {value: 1.0, unit: N m/A}
 """
 FloatArray = npt.NDArray[np.float64]
+Json = dict[str, Any]  # JSON values
 
 
 def measured_columns(seed: int = 1, n: int = 3000) -> dict[str, FloatArray]:
@@ -37,3 +40,12 @@ def as_csv(columns: dict[str, FloatArray]) -> bytes:
         text, np.column_stack(list(columns.values())), "%.17g", ",", header=",".join(columns), comments=""
     )
     return text.getvalue().encode()
+
+
+def upload(client: httpx.Client, name: str = "measured", content: bytes | None = None, **params: Any) -> Json:
+    """Upload a measured CSV file and return what the service says of it."""
+    octets = as_csv(measured_columns()) if content is None else content
+    answer = client.post("/api/v1/recordings", params={"file": f"{name}.csv", **params}, content=octets)
+    assert answer.status_code == 201, answer.text
+    made: Json = answer.json()
+    return made

@@ -1,0 +1,38 @@
+"""The JSON object `next_experiment`: what is proposed, why, and what else would settle it."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from discrepancy.design.excitations import RAMP_S
+from discrepancy.design.proposal import Proposal
+
+Entry = Mapping[str, Any]  # Any: values of the JSON object
+
+
+def proposed(why: str, separates: Sequence[str], proposal: Proposal) -> dict[str, Any]:
+    """Return the answer that an experiment gives: why, what it separates, and how to play it."""
+    return {
+        "why": why,
+        "separates": list(separates),
+        "duration_s": proposal.duration_s,
+        "excitation": {**proposal.excitation, "ramp_s": RAMP_S},
+        "worth": round(proposal.worth, 3),
+    }
+
+
+def others(measurements: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the part of an answer that names measurements with other means."""
+    return {"other_measurements": list(measurements)} if measurements else {}
+
+
+def only_measurement(measurements: Sequence[Mapping[str, Any]]) -> Entry | None:
+    """Return the answer where no excitation helps: another sensor or load would."""
+    if not measurements:
+        return None
+    names = list(dict.fromkeys(name for one in measurements for name in one["separates"]))
+    return {
+        "why": "no current that this rig may be sent tells them apart: another measurement would",
+        "separates": names,
+        "excitation": {},
+        "other_measurements": list(measurements),
+    }
