@@ -9,7 +9,7 @@ import hashlib
 from dataclasses import dataclass
 from enum import Enum
 
-from benchmarks.blind.seeds import PER_ID, development_seeds, scoring_seeds
+from benchmarks.blind.seeds import OPENED, PER_ID, development_seeds, scoring_seeds
 
 IDS = (
     "asymmetric_coulomb_friction",
@@ -145,6 +145,8 @@ def list_cases(
 ) -> list[Case]:
     """Return the cases of a condition: one of each id, then the second of each, and so on.
 
+    Scoring begins behind the cases whose answers have been opened.
+
     Raises:
         ValueError: an id that the condition does not have, or more cases than there are seeds.
     """
@@ -157,11 +159,14 @@ def list_cases(
     number = chosen.count if count is None else count
     seeds = scoring_seeds(chosen.number) if scoring else development_seeds(chosen.number)
     most = len(seeds) if len(chosen.ids) == 1 else PER_ID
-    if number > most:
-        raise ValueError(f"{number} cases an id asked for, condition {condition} has seeds for {most}")
+    first = OPENED.get(condition, 0) if scoring else 0
+    if first + number > most:
+        raise ValueError(
+            f"{number} cases an id asked for, condition {condition} has seeds for {most - first}"
+        )
     return [
         Case(condition=condition, id=name, seed=seeds[PER_ID * j + k])
-        for k in range(number)
+        for k in range(first, first + number)
         for j, name in enumerate(chosen.ids)
         if ids is None or name in ids
     ]

@@ -6,6 +6,8 @@ changed because of what they show. Every condition (`conditions.py`) owns a bloc
 of the j-th id is `start + PER_ID * j + k`.
 """
 
+from collections.abc import Mapping
+
 DEVELOPMENT_BASE = 1_000_000
 SCORING_BASE = 20_000_000
 BLOCK = 10_000
@@ -13,6 +15,9 @@ PER_ID = 100
 
 SPENT_SCORING = (range(500_000, 500_100), range(600_000, 601_000), range(700_000, 700_400))
 """Scoring seeds of the first workflow; three of them were looked at, so none is used again."""
+
+OPENED: Mapping[str, int] = {"full": 2, "second_full": 1, "null_emulator": 60, "null_white": 40}
+"""Scoring cases an id, by condition, whose answers have been opened; the next scoring begins behind them."""
 
 
 def development_seeds(number: int) -> range:

@@ -10,7 +10,7 @@ from benchmarks.blind.draw import draw_case, draw_parameters, related
 from benchmarks.blind.emulated import Made, make_emulated
 from benchmarks.blind.gap import Linear, gap_of, rms
 from benchmarks.blind.mapping import joint_figures, true_values
-from benchmarks.blind.seeds import SPENT_SCORING, development_seeds, scoring_seeds
+from benchmarks.blind.seeds import OPENED, PER_ID, SPENT_SCORING, development_seeds, scoring_seeds
 from daq.recording.recording import recording_from_columns
 from discrepancy.effects.table import EFFECTS as CATALOGUE
 from discrepancy.model.reader import parse_model
@@ -152,3 +152,11 @@ def test_noise_of_a_quantised_case_is_rounding_only() -> None:
     steps = np.diff(np.unique(made.question.records["test0"]["position_rad"]))
     # 12 bit over ten turns.
     assert np.allclose(steps, 20 * np.pi / 4096, rtol=1e-6)
+
+
+@pytest.mark.parametrize("name", list(OPENED))
+def test_scoring_begins_behind_the_cases_that_have_been_opened(name: str) -> None:
+    condition, opened = CONDITIONS[name], OPENED[name]
+    start = scoring_seeds(condition.number).start
+    drawn = {case.seed - start for case in list_cases(name, scoring=True, count=3)}
+    assert drawn == {PER_ID * j + opened + k for j in range(len(condition.ids)) for k in range(3)}
