@@ -17,6 +17,7 @@ from typing import Any
 
 import httpx
 import schemathesis
+import yaml
 from schemathesis.core.parameters import ParameterLocation
 
 from tests.server.service.measured import MODEL, as_csv, measured_columns
@@ -167,12 +168,12 @@ class World:
 
 def _give_campaign(world: World, case: Case) -> None:
     case.query = {"rig": WORKING}
-    document = {"name": "living", "steps": [world.step()]}
-    case.body = document if case.media_type == "application/json" else json.dumps(document).encode()
+    # An object whatever the media type: octets would count as a body that breaks the schema on purpose.
+    case.body = {"name": "living", "steps": [world.step()]}
 
 
 def _give_model(world: World, case: Case) -> None:
-    case.query, case.body = {}, MODEL.encode()
+    case.query, case.body = {}, yaml.safe_load(MODEL)
 
 
 def _give_recording(world: World, case: Case) -> None:

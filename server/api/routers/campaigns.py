@@ -27,7 +27,7 @@ _BODY = {
     "requestBody": {
         "required": True,
         "content": {
-            "application/yaml": {"schema": {"type": "string"}, "example": _EXAMPLE},
+            "application/yaml": {"schema": {"type": "object"}, "example": _EXAMPLE},
             _JSON: {"schema": {"type": "object"}},
         },
     }
