@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discrepancy.data.series import TORQUE
-from discrepancy.effects.spec import Ranges
+from discrepancy.effects.spec import Port, Ranges
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
 from discrepancy.search.bench import Bench, make_bench
@@ -56,17 +56,23 @@ class SearchOutcome:
         return None if self.is_torque else make_bench(self.problem, state, self.ranges, self.context)
 
     def places(self, state: State) -> list[Place]:
-        """Return where a model of this search fails on the training records, the largest share first."""
+        """Return where a model of this search fails on the training records, each port and driver once.
+
+        Of several kinds of curve over one variable the one that closes most stands for it.
+        """
         bench = self.bench(state)
         if bench is None:
             return locate(
                 self.problem.series, residual_parts(self.problem, state), state.fit.vector, self.names
             )
         least = SearchOptions().alarm
-        return [
-            curve.place if curve.judged.fall > least else replace(curve.place, share=0.0)
-            for curve in judge_curves(bench, self.names)
-        ]
+        found: dict[tuple[Port, str], Place] = {}
+        for curve in judge_curves(bench, self.names):
+            place = curve.place if curve.judged.fall > least else replace(curve.place, share=0.0)
+            key = place.port, place.driver
+            if key not in found or place.share > found[key].share:
+                found[key] = place
+        return list(found.values())
 
     @property
     def verdict(self) -> str:

@@ -16,6 +16,7 @@ from discrepancy.search.curves import judge_curves
 from discrepancy.search.doubts import find_doubt
 from discrepancy.search.greedy import closed_amount
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.state import polish, scan_effect
 from discrepancy.workflow import Prepared, prepare_simulation
 from tests.discrepancy.recorder import excite
@@ -78,3 +79,15 @@ def test_a_drift_that_depends_on_the_current_is_not_taken_for_one_of_the_torque_
     assert place is not None
     assert place.port is Port.TORQUE
     assert place.driver in {"time_s", "current_A"}
+
+
+def test_each_port_and_driver_is_located_once(nameplate: JointModel) -> None:
+    prepared = prepare(nameplate, sticky)
+    outcome = SearchOutcome(
+        steps=(Step(state=prepared.state, added=None),), rounds=(), problem=prepared.problem,
+        ranges=prepared.ranges, context=prepared.context, names=column_names(nameplate),
+    )  # fmt: skip
+    places = outcome.places(prepared.state)
+    keys = [(place.port, place.driver) for place in places]
+    assert (Port.TORQUE, "position_rad") in keys
+    assert len(keys) == len(set(keys))
