@@ -16,7 +16,15 @@ PER_ID = 100
 SPENT_SCORING = (range(500_000, 500_100), range(600_000, 601_000), range(700_000, 700_400))
 """Scoring seeds of the first workflow; three of them were looked at, so none is used again."""
 
-OPENED: Mapping[str, int] = {"full": 2, "second_full": 1, "null_emulator": 60, "null_white": 40}
+OPENED: Mapping[str, int] = {
+    "full": 10,
+    "third": 2,
+    "two": 1,
+    "null_emulator": 120,
+    "null_white": 80,
+    "outside": 3,
+    "second_full": 2,
+}
 """Scoring cases an id, by condition, whose answers have been opened; the next scoring begins behind them."""
 
 
