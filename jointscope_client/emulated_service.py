@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from jointscope_client.client import Client
-from jointscope_client.errors import ClientError
+from jointscope_client.errors import ClientError, ProblemError
 from jointscope_client.lease import Lease
 from jointscope_client.records import Rig
 
@@ -55,8 +55,15 @@ class EmulatedRig:
         """Bring the rig to rest with nothing latched, whoever holds it."""
         self.client.rigs.connect(self.id)
         with self.client.lease(self.id, take_over=True) as lease:
-            if self.state().drive_state in ("fault", "safe_timeout"):
+            # The state shown may be older than the last command (an e-stop): clear unasked, and see it gone.
+            with contextlib.suppress(ProblemError):
                 lease.clear_fault()
+            _look_until(self._has_no_fault, "a state without faults")
+
+    def _has_no_fault(self) -> bool:
+        rig = self.state()
+        known = rig.drive_state not in (None, "fault", "safe_timeout")
+        return known and not rig.raw["drive"]["faults"]
 
 
 @contextlib.contextmanager
