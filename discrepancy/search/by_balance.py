@@ -40,16 +40,12 @@ def choose_names(outcome: SearchOutcome, balance: SearchOutcome, whole: Sequence
         return outcome
     steps = _in_simulation(outcome, balance)
     mine, other = outcome.steps[-1].state, steps[-1].state
-    part = 1.0 if mine.size == other.size else CLEARLY
+    error, others = (halves_error(outcome.problem, one, whole) for one in (mine, other))
     if mine.size > other.size:
-        stands = halves_error(outcome.problem, mine, whole) > part * halves_error(
-            outcome.problem, other, whole
-        )
+        stays = error <= CLEARLY * others
     else:
-        stands = halves_error(outcome.problem, other, whole) < part * halves_error(
-            outcome.problem, mine, whole
-        )
-    if not stands:
+        stays = others >= (1.0 if mine.size == other.size else CLEARLY) * error
+    if stays:
         return outcome
     return replace(
         outcome, steps=steps, rounds=_as_tried(balance), unknown=balance.unknown, notes=(*outcome.notes, NOTE)

@@ -67,6 +67,11 @@ class _Asker:
             template=problem.series[0], noise=problem.noise, limits=self.limits, known=problem.series
         )
 
+    def before(self, step: Step) -> tuple[Step, ...]:
+        """Return the steps that were accepted before this one."""
+        names = [one.added for one in self.outcome.steps]
+        return self.outcome.steps[: names.index(step.added)]
+
     def wanted(self, rival: Rival, owner: str) -> tuple[Wanted, ...]:
         """Return which parameters of an effect are known too poorly."""
         # What only the making of the recordings leaves open no motion settles.
@@ -156,7 +161,7 @@ def _rival(contender: Contender) -> Rival:
 def _needed(
     outcome: SearchOutcome,
     before: Sequence[Step],
-    pair: tuple[Contender, Contender] | None,
+    pair: tuple[Contender, Contender],
     duration_s: float,
 ) -> float:
     """Return the distance, in noise variances, that is wanting until the search tells two rivals apart.
@@ -164,19 +169,17 @@ def _needed(
     Args:
         outcome: the finished search.
         before: steps accepted before the round in question; what they closed decides what is visible.
-        pair: the rivals as they stand; None counts nothing that already tells them apart.
+        pair: the rivals as they stand; what already tells them apart counts.
         duration_s: of the record that is to do it.
     """
     options, problem = SearchOptions(), outcome.problem
     closed = np.sqrt(sum((step.closed**2 for step in before), np.zeros(1)))
     visible = 0.5 * replace(outcome.context, closed=closed).material(options, ())
     counts = output_counts(problem)
-    fall = SAFETY * options.doubt
+    first, other = pair
+    fall = SAFETY * options.doubt - max(0.0, first.fall - other.fall)
     apart = SAFETY * visible**2 * (counts + duration_s / problem.series[0].step)
-    if pair is not None:
-        first, other = pair
-        fall -= max(0.0, first.fall - other.fall)
-        apart = apart - np.maximum(0.0, first.closed**2 - other.closed**2) * counts
+    apart = apart - np.maximum(0.0, first.closed**2 - other.closed**2) * counts
     # The output that tells them apart first suffices.
     return max(1.0, fall, float(np.min(apart * outcome.context.bin_size)))
 
@@ -185,11 +188,9 @@ def _equivalents(asker: _Asker, question: _Open) -> Entry | None:
     """Ask what tells a named effect from its equivalents, and for its parameters in the same record."""
     if len(question.rivals) < 2:
         return None
-    steps = asker.outcome.steps
-    place = steps.index(question.step)
     first = _rival(question.rivals[0])
-    wanted = asker.wanted(first, first.name) if place == len(steps) - 1 else ()
-    return _between(asker, question.done, (question.rivals, steps[:place]), wanted)
+    wanted = asker.wanted(first, first.name) if question.step is asker.outcome.steps[-1] else ()
+    return _between(asker, question.done, (question.rivals, asker.before(question.step)), wanted)
 
 
 def _between(
@@ -276,8 +277,7 @@ def _richer_law(asker: _Asker) -> Entry | None:
             ):
                 continue
             # Here the richer law is the truth that the simpler one would have to follow.
-            before = outcome.steps[: outcome.steps.index(step)]
-            entry = _between(asker, done, ((rival, done.winner), before))
+            entry = _between(asker, done, ((rival, done.winner), asker.before(step)))
             if entry is not None and entry["worth"] >= ENOUGH:
                 return entry
     return None

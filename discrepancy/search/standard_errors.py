@@ -74,12 +74,12 @@ def standard_errors(problem: SimulationProblem, fit: Fit, bench: Bench | None) -
 
 def _reading_instants(problem: SimulationProblem, fit: Fit) -> FloatArray:
     """Return the variances of the fitted values if each output is read anywhere within its sample, shape (p,)."""
-    outputs = problem.simulate(fit.vector, fit.starts)
-    unit = fit.loss / max(1, fit.residual.size - len(fit.parameters))
-    inverse = _inverse(fit.normal() + np.diag(_known_before(fit) * unit))
     total = np.zeros(len(fit.parameters))
     if not any(q.name == TIMING for q in fit.parameters):
         return total  # the model file says how the recording was made
+    outputs = problem.simulate(fit.vector, fit.starts)
+    unit = fit.loss / max(1, fit.residual.size - len(fit.parameters))
+    inverse = _inverse(fit.normal() + np.diag(_known_before(fit) * unit))
     for row in {channel.row for channel in problem.series[0].channels}:
         moved = []
         for one, output in zip(problem.series, outputs, strict=True):
