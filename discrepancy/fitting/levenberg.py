@@ -63,9 +63,9 @@ class Fit:
         return np.asarray(np.linalg.pinv(self.normal(), rcond=1e-14) * np.outer(slope, slope) * variance)
 
 
-def project_starts(problem: SimulationProblem, at: Fit, columns: FloatArray) -> FloatArray:
-    """Return flattened columns, shape (N, k), without what the starting states at a fitted point can explain."""
-    return Projector(problem, Point(problem, problem.measured(), at.vector, at.starts)).project(columns)
+def start_projector(problem: SimulationProblem, at: Fit) -> Projector:
+    """Return what removes from flattened values what the starting states at a fitted point can explain."""
+    return Projector(problem, Point(problem, problem.measured(), at.vector, at.starts))
 
 
 def _jacobian(

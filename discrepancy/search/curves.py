@@ -15,8 +15,9 @@ from scipy.signal import lfilter
 
 from discrepancy.data.series import CURRENT, POSITION, SPEED, Series
 from discrepancy.effects.spec import Port
-from discrepancy.fitting.levenberg import Fit, project_starts
+from discrepancy.fitting.levenberg import Fit, start_projector
 from discrepancy.fitting.problem import SimulationProblem
+from discrepancy.fitting.projection import Projector
 from discrepancy.locate import KNOTS, Place, hat_basis, region_of, spread_knots
 from discrepancy.search.bench import Bench, Judgement, solve_by_rank
 from discrepancy.simulation import slots as s
@@ -57,6 +58,16 @@ class _Axis:
     knots: int
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Motion:
+    """The simulated motion of all records, and what removes the starting states from columns beside it."""
+
+    signals: list[dict[str, FloatArray]]
+    outputs: list[FloatArray]
+    white: Projector
+    sharp: Projector
+
+
 def judge_curves(bench: Bench, names: Mapping[str, str]) -> list[Curve]:
     """Judge a curve over each variable; those that predict come first, the one that closes most before the others.
 
@@ -66,6 +77,11 @@ def judge_curves(bench: Bench, names: Mapping[str, str]) -> list[Curve]:
     problem = bench.problem
     outputs = problem.simulate(bench.state.fit.vector, bench.state.fit.starts)
     signals = [_signals(one, out) for one, out in zip(problem.series, outputs, strict=True)]
+    motion = _Motion(
+        signals=signals, outputs=outputs,
+        white=start_projector(problem, bench.state.fit),
+        sharp=start_projector(bench.sharp_problem, bench.sharp),
+    )  # fmt: skip
     rows = {channel.row for channel in problem.series[0].channels}
     found = []
     for key, port, driver in _DRIVERS:
@@ -73,28 +89,25 @@ def judge_curves(bench: Bench, names: Mapping[str, str]) -> list[Curve]:
             continue
         counts = (KNOTS,) if key in _UNDIVIDED else (KNOTS, FEW_KNOTS)
         axes = [_Axis(key=key, port=port, driver=names.get(driver, driver), knots=count) for count in counts]
-        drawn = [_judge_curve(bench, (signals, outputs), axis) for axis in axes]
+        drawn = [_judge_curve(bench, motion, axis) for axis in axes]
         known = [curve for curve in drawn if curve is not None]
         if known:
             found.append(max(known, key=lambda curve: curve.judged.fall))
     return sorted(found, key=lambda c: (c.judged.fall <= 0.0, -float(np.linalg.norm(c.judged.closed))))
 
 
-def _judge_curve(
-    bench: Bench, simulated: tuple[list[dict[str, FloatArray]], list[FloatArray]], axis: _Axis
-) -> Curve | None:
+def _judge_curve(bench: Bench, motion: _Motion, axis: _Axis) -> Curve | None:
     """Judge one curve; None where the outputs do not show it."""
     state, problem = bench.state, bench.problem
-    signals, outputs = simulated
-    knots, parts = _parts(axis.key, signals, axis.knots)
+    knots, parts = _parts(axis.key, motion.signals, axis.knots)
     responses = [
         _responses(one, out, part, (axis.port, axis.key, state.fit.vector))
-        for one, out, part in zip(problem.series, outputs, parts, strict=True)
+        for one, out, part in zip(problem.series, motion.outputs, parts, strict=True)
     ]
-    white = project_starts(problem, state.fit, _flat(problem, responses))
+    white = motion.white.project(_flat(problem, responses))
     if not np.any(white):
         return None
-    sharp = project_starts(bench.sharp_problem, bench.sharp, _flat(bench.sharp_problem, responses))
+    sharp = motion.sharp.project(_flat(bench.sharp_problem, responses))
     judged = bench.judge(sharp, white)
     shape = _shape(knots, white, state.fit)
     if axis.key == "uneven":
@@ -102,7 +115,7 @@ def _judge_curve(
         shape = ((shape[0][0], 0.0), (shape[1][0], shape[0][1]))
     region = None
     if axis.key not in _UNDIVIDED:
-        x = np.concatenate([one[axis.key] for one in signals])
+        x = np.concatenate([one[axis.key] for one in motion.signals])
         region = region_of(x, np.interp(x, knots, [y for _, y in shape]) ** 2)
     place = Place(
         port=axis.port, driver=axis.driver, region=region, share=share_of(bench, judged), shape=shape

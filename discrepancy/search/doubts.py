@@ -17,43 +17,24 @@ from discrepancy.effects.spec import Kind, Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.levenberg import Fit
 from discrepancy.fitting.parameters import BASE
-from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place
-from discrepancy.search.bench import Judgement, make_bench
-from discrepancy.search.context import Context
+from discrepancy.search.bench import Bench, Judgement
 from discrepancy.search.curves import Curve, called, judge_curves, share_of
 from discrepancy.search.options import SearchOptions
-from discrepancy.search.state import State
 
 FloatArray = NDArray[np.float64]
 
 
-def find_doubt(
-    problem: SimulationProblem,
-    state: State,
-    rest: tuple[Ranges, SearchOptions, Context],
-    names: Mapping[str, str],
-) -> Place | None:
-    """Return where the model fails most plainly, or None if nothing speaks against it."""
-    return next(iter(find_doubts(problem, state, rest, names)), None)
-
-
-def find_doubts(
-    problem: SimulationProblem,
-    state: State,
-    rest: tuple[Ranges, SearchOptions, Context],
-    names: Mapping[str, str],
-) -> list[Place]:
+def find_doubts(bench: Bench, rest: tuple[Ranges, SearchOptions], names: Mapping[str, str]) -> list[Place]:
     """Return where the model fails, the plainest first; several curves may show the same failure.
 
     Args:
-        problem: judged by simulation, with white noise weights.
-        state: the final model.
-        rest: sizes of the signals, limits, and the search's context with all that it has closed.
+        bench: the model, judged by simulation, under both noise models.
+        rest: sizes of the signals, limits of the search.
         names: column names of the drivers.
     """
-    ranges, options, context = rest
-    bench = make_bench(problem, state, ranges, context)
+    ranges, options = rest
+    state, context = bench.state, bench.context
     material = context.material(options, state.present)
 
     def admits(found: Judgement, size: int, least: FloatArray) -> bool:

@@ -105,15 +105,16 @@ def _conclude(
     outcome: SearchOutcome, rest: tuple[Ranges, SearchOptions, Context], names: Mapping[str, str]
 ) -> SearchOutcome:
     """Ask whether the names explain it all; take doubtful ones back and say where the rest lies."""
-    ranges, _, context = rest
+    ranges, options, context = rest
     patched = patchwork(outcome)
-    doubts = find_doubts(outcome.problem, outcome.steps[-1].state, rest, names)
+    bench = make_bench(outcome.problem, outcome.steps[-1].state, ranges, context)
+    doubts = find_doubts(bench, (ranges, options), names)
     doubt = doubts[0] if doubts else None
     if doubt is None and not patched:
         return outcome
     if len(outcome.steps) == 1:
         return replace(outcome, unknown=doubt)
-    doubted = patched | _shaken(outcome, doubts, (ranges, context, names))
+    doubted = patched | (_shaken(outcome, doubts, (bench.excess, names)) if doubts else set())
     kept = _without_steps(outcome, doubted, ranges)
     if doubted:
         curves = judge_curves(make_bench(outcome.problem, kept[-1].state, ranges, context), names)
@@ -124,14 +125,10 @@ def _conclude(
 
 
 def _shaken(
-    outcome: SearchOutcome, doubts: Sequence[Place], rest: tuple[Ranges, Context, Mapping[str, str]]
+    outcome: SearchOutcome, doubts: Sequence[Place], rest: tuple[FloatArray, Mapping[str, str]]
 ) -> set[str]:
     """Return the names that doubts take back: those over their variables, and those that explained little more."""
-    ranges, context, names = rest
-    if not doubts:
-        return set()
-    last = outcome.steps[-1].state
-    left = make_bench(outcome.problem, last, ranges, context).excess
+    left, names = rest
     places = {(one.port, _driver_id(one, names)) for one in doubts}
     return {
         str(step.added)

@@ -13,7 +13,7 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
-from discrepancy.fitting.levenberg import Fit, project_starts
+from discrepancy.fitting.levenberg import Fit, start_projector
 from discrepancy.fitting.parameters import TIMING
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.search.bench import Bench
@@ -80,13 +80,14 @@ def _reading_instants(problem: SimulationProblem, fit: Fit) -> FloatArray:
     outputs = problem.simulate(fit.vector, fit.starts)
     unit = fit.loss / max(1, fit.residual.size - len(fit.parameters))
     inverse = _inverse(fit.normal() + np.diag(_known_before(fit) * unit))
+    projector = start_projector(problem, fit)
     for row in {channel.row for channel in problem.series[0].channels}:
         moved = []
         for one, output in zip(problem.series, outputs, strict=True):
             late = np.zeros_like(output)
             late[row] = np.gradient(output[row], one.time_s) * one.original_step / np.sqrt(12.0)
             moved.append(late)
-        column = project_starts(problem, fit, problem.flatten(moved)[:, None])[:, 0]
+        column = projector.project(problem.flatten(moved))
         total += (inverse @ (fit.jacobian.T @ column) * _slopes(fit)) ** 2
     return total
 

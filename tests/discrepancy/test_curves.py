@@ -13,7 +13,7 @@ from discrepancy.effects.spec import Port
 from discrepancy.model.schema import JointModel
 from discrepancy.search.bench import make_bench
 from discrepancy.search.curves import judge_curves
-from discrepancy.search.doubts import find_doubt
+from discrepancy.search.doubts import find_doubts
 from discrepancy.search.greedy import closed_amount
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
@@ -75,8 +75,8 @@ def test_a_drift_that_depends_on_the_current_is_not_taken_for_one_of_the_torque_
     p = prepare(nameplate, detuned)
     named = polish(p.problem, scan_effect(p.problem, p.state, "torque_constant_drift", p.ranges), p.ranges)
     context = replace(p.context, closed=closed_amount(p.problem, p.context, (p.state, named)))
-    place = find_doubt(p.problem, named, (p.ranges, SearchOptions(), context), column_names(nameplate))
-    assert place is not None
+    bench = make_bench(p.problem, named, p.ranges, context)
+    place = find_doubts(bench, (p.ranges, SearchOptions()), column_names(nameplate))[0]
     assert place.port is Port.TORQUE
     assert place.driver in {"time_s", "current_A"}
 

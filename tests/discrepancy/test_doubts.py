@@ -10,7 +10,8 @@ from discrepancy.data.series import read_series
 from discrepancy.effects.spec import Port
 from discrepancy.locate import Place
 from discrepancy.model.schema import JointModel
-from discrepancy.search.doubts import find_doubt, pressed
+from discrepancy.search.bench import make_bench
+from discrepancy.search.doubts import find_doubts, pressed
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import polish, scan_effect
 from discrepancy.simulation import slots as s
@@ -27,8 +28,9 @@ def doubt(nameplate: JointModel, truth: Mapping[int, float], named: str) -> tupl
     state = polish(p.problem, scan_effect(p.problem, p.state, named, p.ranges), p.ranges)
     gained = (p.state.fit.loss - state.fit.loss) / state.fit.residual.size / p.context.bin_size
     context = replace(p.context, closed=np.sqrt(np.maximum(0.0, gained)))
-    place = find_doubt(p.problem, state, (p.ranges, SearchOptions(), context), column_names(nameplate))
-    return place, [state.fit.parameters[i].name for i in pressed(state.fit, state.added)]
+    bench = make_bench(p.problem, state, p.ranges, context)
+    places = find_doubts(bench, (p.ranges, SearchOptions()), column_names(nameplate))
+    return next(iter(places), None), [state.fit.parameters[i].name for i in pressed(state.fit, state.added)]
 
 
 def test_the_right_law_is_not_doubted(nameplate: JointModel) -> None:
