@@ -1,4 +1,4 @@
-"""The fast loops of the simulation say what the general one says."""
+"""The loop without presliding springs and the plain one say what the loop with springs says."""
 
 import numpy as np
 import pytest
@@ -12,10 +12,10 @@ from discrepancy.simulation.kernels.joint import simulate_record
 RANGES = Ranges(
     torque=0.05, speed=30.0, current=2.0, duration=4.0, step=2e-3, low=-3.0, high=3.0, inertia=5e-4, rate=1.0
 )
-IN_REGISTERS = sorted(set(EFFECTS) - {"presliding_hysteresis"})
+WITHOUT_SPRINGS = sorted(set(EFFECTS) - {"presliding_hysteresis"})
 
 
-@pytest.mark.parametrize("name", IN_REGISTERS)
+@pytest.mark.parametrize("name", WITHOUT_SPRINGS)
 def test_a_joint_without_presliding_moves_as_beside_a_spring_of_no_strength(name: str) -> None:
     rng = np.random.default_rng(5)
     time = np.linspace(0.0, 4.0, 1001)
@@ -29,5 +29,5 @@ def test_a_joint_without_presliding_moves_as_beside_a_spring_of_no_strength(name
     windows, starts = np.array([-1, 300, -601]), np.array([[0.5, 0.1], [0.3, 0.2], [0.0, 0.3]])
     alone = simulate_record(vector, time, current, np.sin(time), windows, starts)
     beside = simulate_record(general, time, current, np.sin(time), windows, starts)
-    # Without dry friction the fast loop does not split the sub-step in which the speed changes its sign.
+    # Without dry friction the loop does not split the sub-step in which the speed changes its sign.
     assert np.max(np.abs(alone - beside) / np.max(np.abs(beside), axis=1, keepdims=True)) < 1e-4

@@ -1,4 +1,4 @@
-"""Presliding friction: the bristle that bends before the joint slides, and the places of all inner states."""
+"""Presliding friction: the springs that bend before the joint slides."""
 
 import math
 
@@ -10,14 +10,13 @@ from discrepancy.simulation import slots as s
 
 FloatArray = NDArray[np.float64]
 
-W, Q, ANGLE, CURRENT, LOAD_SPEED, TWIST, BRISTLE, FILTERED, ACCEL = range(9)
 SLIPS = 8
-FIRST_SLIP = 9
-N_STATES = FIRST_SLIP + SLIPS
+SPRINGS = 1 + SLIPS
+"""The bristle of Dahl's law, then the springs that slip one after the other; deflections, all zero at first."""
 
 
 @njit(cache=True, error_model="numpy")
-def slip_torque(x: FloatArray, level: float, stiffness: float, travel: float) -> float:
+def slip_torque(springs: FloatArray, level: float, stiffness: float, travel: float) -> float:
     """Move equal springs that slip one after the other (Maxwell slip, Iwan) by `travel`; return their mean torque.
 
     Spring i of n holds the deflection d i / n at most, so that all of them together carry `level` when they slide.
@@ -26,29 +25,28 @@ def slip_torque(x: FloatArray, level: float, stiffness: float, travel: float) ->
     total = 0.0
     for i in range(SLIPS):
         most = widest * (i + 1) / SLIPS
-        old = x[FIRST_SLIP + i]
+        old = springs[1 + i]
         new = min(most, max(-most, old + travel))
-        x[FIRST_SLIP + i] = new
+        springs[1 + i] = new
         total += old + new
     return 0.5 * stiffness / SLIPS * total
 
 
 @njit(cache=True, error_model="numpy")
-def bristle_torque(p: FloatArray, x: FloatArray, h: float) -> float:
-    """Advance the presliding bristle over `h`, return its mean torque: Dahl of exponent 1 or 2, exact, or slips."""
+def bristle_torque(p: FloatArray, springs: FloatArray, travel: float) -> float:
+    """Move the presliding springs by `travel`, return their mean torque: Dahl of exponent 1 or 2, exact, or slips."""
     level, stiffness = p[s.PRESLIDING_LEVEL], p[s.PRESLIDING_STIFFNESS]
-    w = x[W] + 0.5 * h * x[ACCEL]
     if p[s.PRESLIDING_SHAPE] > 2.5:
-        return slip_torque(x, level, stiffness, w * h)
-    if w == 0.0:
-        return float(x[BRISTLE] * stiffness)
-    end = level / stiffness * (1.0 if w > 0.0 else -1.0)
-    travel = abs(w) * h * stiffness / level
-    old = x[BRISTLE]
+        return slip_torque(springs, level, stiffness, travel)
+    if travel == 0.0:
+        return float(springs[0] * stiffness)
+    end = level / stiffness * (1.0 if travel > 0.0 else -1.0)
+    path = abs(travel) * stiffness / level
+    old = springs[0]
     left = 1.0 - old / end
     if p[s.PRESLIDING_SHAPE] > 1.5:
-        left = left / (1.0 + travel * left)
+        left = left / (1.0 + path * left)
     else:
-        left *= math.exp(-travel)
-    x[BRISTLE] = end * (1.0 - left)
-    return float(0.5 * stiffness * (old + x[BRISTLE]))
+        left *= math.exp(-path)
+    springs[0] = end * (1.0 - left)
+    return float(0.5 * stiffness * (old + springs[0]))

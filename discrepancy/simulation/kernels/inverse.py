@@ -5,7 +5,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from discrepancy.simulation import slots as s
-from discrepancy.simulation.kernels.bristle import ACCEL, N_STATES, W, bristle_torque
+from discrepancy.simulation.kernels.bristle import SPRINGS, bristle_torque
 from discrepancy.simulation.kernels.laws import dry_level, inertia_at, position_torque, viscous_coefficient
 
 FloatArray = NDArray[np.float64]
@@ -33,15 +33,15 @@ def torque_record(
     """
     angle, speed, acceleration = motion
     out = np.empty(t.size)
-    x = np.zeros(N_STATES)
+    springs = np.zeros(SPRINGS)
     for k in range(t.size):
         q, w, time = angle[k], speed[k], t[k] - t[0]
         inertia, reaction = inertia_at(p, q)
         load = inertia * acceleration[k] + (reaction + p[s.QUADRATIC] * (1.0 if w > 0.0 else -1.0)) * w * w
         load += viscous_coefficient(p, w, time) * w + p[s.LOAD_OFFSET] + position_torque(p, q, w, 0.0)
         if p[s.PRESLIDING_LEVEL] > 0.0:
-            x[W], x[ACCEL] = w, acceleration[k]
-            load += bristle_torque(p, x, t[k] - t[k - 1] if k > 0 else t[1] - t[0])
+            step = t[k] - t[k - 1] if k > 0 else t[1] - t[0]
+            load += bristle_torque(p, springs, (w + 0.5 * step * acceleration[k]) * step)
         if w != 0.0:
             sign = 1.0 if w > 0.0 else -1.0
             load += sign * dry_level(p, w, sign, 0.0)

@@ -101,6 +101,13 @@ def dry_level(p: FloatArray, speed: float, direction: float, torque: float) -> f
 
 
 @njit(cache=True, error_model="numpy")
+def has_dry_friction(p: FloatArray) -> bool:
+    """Whether any dry friction is on; presliding springs may bring a joint to rest too."""
+    dry = p[s.COULOMB] + p[s.ASYM_POSITIVE] + p[s.ASYM_NEGATIVE] + p[s.STRIBECK_COULOMB]
+    return bool(dry + p[s.STRIBECK_EXTRA] + p[s.LOAD_FRICTION] + p[s.PRESLIDING_LEVEL] > 0.0)
+
+
+@njit(cache=True, error_model="numpy")
 def viscous_coefficient(p: FloatArray, w: float, time: float) -> float:
     """Viscous coefficient at this time and for this direction of the motion."""
     b = p[s.VISCOUS]

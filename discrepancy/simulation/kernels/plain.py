@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from discrepancy.simulation import slots as s
-from discrepancy.simulation.kernels.laws import interpolate, slide
+from discrepancy.simulation.kernels.laws import has_dry_friction, interpolate, slide
 
 FloatArray = NDArray[np.float64]
 
@@ -46,8 +46,7 @@ def simulate_plain(
     gain, bias = 1.0, 0.0
     if p[s.INPUT_IS_MEASURED] > 0.0:
         gain, bias = 1.0 / p[s.SENSOR_GAIN], p[s.SENSOR_OFFSET]
-    dry = p[s.COULOMB] + p[s.ASYM_POSITIVE] + p[s.ASYM_NEGATIVE] + p[s.STRIBECK_COULOMB] + p[s.STRIBECK_EXTRA]
-    is_dry = dry + p[s.LOAD_FRICTION] > 0.0
+    is_dry = has_dry_friction(p)
     hold, shift = p[s.INPUT_HOLD] > 0.5, p[s.INPUT_SHIFT] + p[s.DELAY]
     w, q, accel, step, h, cuts, j, window = 0.0, 0.0, 0.0, -1.0, 0.0, 1, 0, 0
     for k in range(n):
