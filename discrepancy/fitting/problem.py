@@ -131,7 +131,9 @@ class SimulationProblem:
             for start, step in zip(moved, size, strict=True):
                 start[:, row] += step
             changed = self.simulate(vector, moved)
-            columns.append(self.flatten([(b - a) / h for a, b, h in zip(at, changed, size, strict=True)]))
+            with np.errstate(invalid="ignore"):  # a simulation that runs away: its columns are cut off later
+                slopes = [(b - a) / h for a, b, h in zip(at, changed, size, strict=True)]
+            columns.append(self.flatten(slopes))
         return columns
 
     def window_slices(self) -> list[list[slice]]:

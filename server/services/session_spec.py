@@ -3,6 +3,7 @@
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from server.config.campaign import IdentifyStep
 from server.errors import InputError, InputLocation
 from server.services.errors import InvalidValueError
 from server.services.estimator_choice import EstimatorChoice, check_choices, check_length
@@ -59,7 +60,7 @@ def campaign_of(spec: SessionSpec, operator: str) -> Json:
 def check_sample_time(spec: SessionSpec) -> None:
     """Refuse sample times that the live estimators could not have in step with the samples."""
     own_s = spec.record.get("divisor", 1) / TICK_HZ
-    asked_s = spec.identify.get("sample_time_s", 0.2)
+    asked_s = _setting(spec, "sample_time_s")
     ratio = asked_s / own_s
     if ratio < 1 - 1e-6 or abs(ratio - round(ratio)) > 1e-6 * ratio:
         nearest = max(1, round(ratio)) * own_s
@@ -78,15 +79,15 @@ def check_records(spec: SessionSpec) -> None:
         InvalidValueError: its field is the record's `duration_s`, or one of the estimators.
     """
     options = check_choices(spec.estimators)
-    sample_time_s = spec.identify.get("sample_time_s", 0.2)
+    sample_time_s = _setting(spec, "sample_time_s")
     for prefix, record in (("", spec.train), ("test.", spec.test)):
         if record is None:
             continue
         try:
             check_length(
                 int(record["duration_s"] / sample_time_s * (1 + 1e-9)),
-                order=spec.identify.get("order", 2),
-                delay=spec.identify.get("delay", 1),
+                order=_setting(spec, "order"),
+                delay=_setting(spec, "delay"),
                 methods=[each.name for each in spec.estimators],
                 options=options,
             )
@@ -97,6 +98,11 @@ def check_records(spec: SessionSpec) -> None:
                 value=record["duration_s"],
                 remedy="record longer, or lower the sample time, the order or the delay",
             ) from error
+
+
+def _setting(spec: SessionSpec, name: str) -> Any:  # JSON value
+    """Return a setting of the identification, or what a campaign's step has where none is given."""
+    return spec.identify.get(name, IdentifyStep.model_fields[name].default)
 
 
 def named_as_in_the_request(error: InputError) -> InputError:
