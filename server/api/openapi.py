@@ -1,5 +1,6 @@
 """The OpenAPI document: FastAPI's, with the one error shape instead of FastAPI's own, for every operation."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from fastapi import FastAPI
@@ -45,10 +46,11 @@ def install(app: FastAPI) -> None:
 def build(app: FastAPI) -> Json:
     """Return the document of all routes of `app`."""
     document = get_openapi(title=app.title, version=app.version, description=DESCRIPTION, routes=app.routes)
+    answers = answer_examples()
     for path, operations in document["paths"].items():
         for operation in operations.values():
             _add_problems(operation, open_to_all=not path.startswith("/api/"))
-            _add_examples(operation, path)
+            _add_examples(operation, path, answers)
     schemas = document.setdefault("components", {}).setdefault("schemas", {})
     for name in ("HTTPValidationError", "ValidationError"):
         schemas.pop(name, None)
@@ -56,13 +58,12 @@ def build(app: FastAPI) -> Json:
     return document
 
 
-def _add_examples(operation: Json, path: str) -> None:
+def _add_examples(operation: Json, path: str, answers: Mapping[str, Json]) -> None:
     """Show whole bodies: of requests, and of answers that a schema of ours describes."""
     for media_type, content in operation.get("requestBody", {}).get("content", {}).items():
         found = BODIES.get(_schema_name(content), DOCUMENTS.get((path, media_type)))
         if found is not None:
             content["example"] = found
-    answers = answer_examples()
     for status, response in operation["responses"].items():
         for content in response.get("content", {}).values() if status.startswith("2") else ():
             if (found := answers.get(_schema_name(content))) is not None:

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Depends, Path, Query, Request, Response
 
+from server.api.bodies import YAML_TYPE, document_body
 from server.api.dependencies import ReadDep, RigDep, RunDep, ServicesDep
 from server.api.job_filter import WantedDep
 from server.api.schemas.jobs import CampaignAnswer, CampaignPage, ForecastAnswer, QueueAnswer, QueueBody
@@ -23,15 +24,6 @@ steps:
       excitation: {kind: multisine, amplitude_A: 0.8, period_s: 5, lines: 8, seed: 7, ramp_s: 0.5}
   - identify: {train: train, test: train, sample_time_s: 0.1}
 """
-_BODY = {
-    "requestBody": {
-        "required": True,
-        "content": {
-            "application/yaml": {"schema": {"type": "object"}, "example": _EXAMPLE},
-            _JSON: {"schema": {"type": "object"}},
-        },
-    }
-}
 
 
 async def read_body(request: Request) -> tuple[str, bool]:
@@ -43,7 +35,7 @@ async def read_body(request: Request) -> tuple[str, bool]:
 @router.post(
     "/campaigns",
     status_code=201,
-    openapi_extra=_BODY,
+    openapi_extra=document_body(YAML_TYPE, _JSON, schema={"type": "object"}, example=_EXAMPLE),
     response_model=CampaignAnswer | ForecastAnswer,
     responses={200: {"model": ForecastAnswer, "description": "Of a dry run."}},
 )
@@ -88,12 +80,12 @@ def read_campaign(campaign_id: CampaignId, services: ServicesDep, who: ReadDep) 
 @router.get(
     "/campaigns/{campaign_id}/document",
     response_class=Response,
-    responses={200: {"content": {"application/yaml": {"schema": {"type": "object"}}}, "description": "YAML"}},
+    responses={200: {"content": {YAML_TYPE: {"schema": {"type": "object"}}}, "description": "YAML"}},
 )
 def read_document_of_campaign(campaign_id: CampaignId, services: ServicesDep, who: ReadDep) -> Response:
     """Return the document as it was submitted."""
     path = services.campaigns.document(campaign_id)
-    return Response(path.read_bytes(), media_type="application/yaml")
+    return Response(path.read_bytes(), media_type=YAML_TYPE)
 
 
 @router.post("/campaigns/{campaign_id}/pause", status_code=202)
