@@ -1,6 +1,6 @@
 """Make the answer of what the search accepted: parameters with errors, figures at full rate, the extended model."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from discrepancy.report.law import LawMaker
 from discrepancy.report.pictures import Detectable, Pictures
 from discrepancy.report.spectra import noise_spectra
 from discrepancy.result import GapResult, NamelessTerm, ParameterChange, Rejected, ResultStep, total_gap
+from discrepancy.search.bench import Bench
 from discrepancy.search.open_questions import next_question
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
@@ -29,9 +30,11 @@ CHANGE_SIGMAS = 4.0
 """A nameplate value counts as changed beyond this many standard errors and beyond 1 %."""
 
 
-def quantities(outcome: SearchOutcome, state: State, model: JointModel) -> dict[tuple[str, str], Quantity]:
+def quantities(
+    outcome: SearchOutcome, state: State, bench: Bench | None, model: JointModel
+) -> dict[tuple[str, str], Quantity]:
     """Return all fitted and constant parameters with standard errors, by (owner, name)."""
-    errors = standard_errors(outcome.problem, state.fit, outcome.bench(state))
+    errors = standard_errors(outcome.problem, state.fit, (bench, outcome.ranges))
     column = 1 if model.is_linear_axis else 0
     found: dict[tuple[str, str], Quantity] = {}
     for i, parameter in enumerate(state.fit.parameters):
@@ -115,15 +118,13 @@ class Scored:
 
 
 def result_step(
-    outcome: SearchOutcome,
-    model: JointModel,
     step: Step,
+    values: Mapping[tuple[str, str], Quantity],
     places: Sequence[Place],
     curves: Scored,
     floor: dict[str, float],
 ) -> ResultStep:
     """Give the figures of one accepted model; `places` is where the one before it disagreed."""
-    values = quantities(outcome, step.state, model)
     owner = step.added or BASE
     first = list(places[:3])
     if step.added is not None:
@@ -238,10 +239,17 @@ def assemble(
         Scored(train=scorer.train(step.state.fit.vector), test=scorer.test(step.state.fit.vector))
         for step in outcome.steps
     ]
-    places = [outcome.places(step.state) for step in outcome.steps]
+    benches = [outcome.bench(step.state) for step in outcome.steps]
+    places = [outcome.places(step.state, bench) for step, bench in zip(outcome.steps, benches, strict=True)]
+    known = [
+        quantities(outcome, step.state, bench, model)
+        for step, bench in zip(outcome.steps, benches, strict=True)
+    ]
     steps = [
-        result_step(outcome, model, step, before, curves, floor)
-        for step, before, curves in zip(outcome.steps, (places[0], *places), scored, strict=False)
+        result_step(step, values, before, curves, floor)
+        for step, values, before, curves in zip(
+            outcome.steps, known, (places[0], *places[:-1]), scored, strict=True
+        )
     ]
     term = None
     if outcome.unknown is not None:
@@ -251,7 +259,7 @@ def assemble(
     steps = [step if step.added is None else replace(step, law=laws.named(step.added)) for step in steps]
     last = outcome.steps[-1]
     judged = [name for name in model.outputs if name in steps[0].test] or list(steps[0].test)
-    values = quantities(outcome, last.state, model)
+    values = known[-1]
     new = extended_model(model, values, last.state)
     changes = parameter_changes(model, values)
     if model.input == "current_A" and any(BASE_SLOTS[c.parameter] == s.TORQUE_CONSTANT for c in changes):

@@ -29,7 +29,7 @@ from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.outputs import output_counts
 from discrepancy.search.same import Equivalent, exact_equivalents
-from discrepancy.search.standard_errors import robust_covariance
+from discrepancy.search.standard_errors import form_variances, robust_covariance
 
 POOR_ERROR = 0.05
 """A parameter whose relative standard error is larger counts as poorly known."""
@@ -75,8 +75,11 @@ class _Asker:
     def wanted(self, rival: Rival, owner: str) -> tuple[Wanted, ...]:
         """Return which parameters of an effect are known too poorly."""
         # What only the making of the recordings leaves open no motion settles.
-        fit = rival.state.fit
-        errors = np.sqrt(np.maximum(0.0, np.diag(robust_covariance(self.outcome.problem, fit, NUISANCES))))
+        fit, bench = rival.state.fit, self.outcome.bench(rival.state)
+        squares = np.maximum(0.0, np.diag(robust_covariance(self.outcome.problem, fit, NUISANCES)))
+        if bench is not None:
+            squares += form_variances(bench, self.outcome.ranges)
+        errors = np.sqrt(squares)
         own = {p.name: float(e) for p, e in zip(fit.parameters, errors, strict=True) if p.owner == owner}
         values = {p.name: float(fit.vector[p.slot]) for p in EFFECTS[owner].parameters}
         settled = {name for name, e in relative_errors(values, own).items() if e <= POOR_ERROR}

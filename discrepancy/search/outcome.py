@@ -55,12 +55,15 @@ class SearchOutcome:
         """Return a model of this search fitted under both noise models; None where torque is judged."""
         return None if self.is_torque else make_bench(self.problem, state, self.ranges, self.context)
 
-    def places(self, state: State) -> list[Place]:
+    def places(self, state: State, bench: Bench | None) -> list[Place]:
         """Return where a model of this search fails on the training records, each port and driver once.
 
         Of several kinds of curve over one variable the one that closes most stands for it.
+
+        Args:
+            state: the model.
+            bench: the same from `bench`.
         """
-        bench = self.bench(state)
         if bench is None:
             return locate(
                 self.problem.series, residual_parts(self.problem, state), state.fit.vector, self.names

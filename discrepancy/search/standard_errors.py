@@ -5,19 +5,23 @@ in place of lags). What the making of the recording leaves open (timing of the i
 with the range that it can have: without it a delay would seem as well known as the sum of both. The instant within a
 sample at which an output is read is nobody's parameter; what it would move adds as a rectangular error. Form: by how
 much the values move when the frequencies are weighted by the noise instead of equally (J. A. Hausman, Econometrica 46,
-1978: two estimators that agree where the model is right).
+1978: two estimators that agree where the model is right), and how far they lie from those of other forms of the same
+law (an exponent, for example) that fit about as well (S. T. Buckland et al., Biometrics 53, 1997).
 """
 
 from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from discrepancy.effects.spec import Ranges
 from discrepancy.fitting.levenberg import Fit, start_projector
 from discrepancy.fitting.parameters import TIMING
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.search.bench import Bench
 from discrepancy.search.judge import BLOCK_S
+from discrepancy.search.state import fitted_forms
 
 FloatArray = NDArray[np.float64]
 
@@ -57,19 +61,35 @@ def robust_covariance(
     return covariance
 
 
-def standard_errors(problem: SimulationProblem, fit: Fit, bench: Bench | None) -> FloatArray:
+def standard_errors(problem: SimulationProblem, fit: Fit, rest: tuple[Bench | None, Ranges]) -> FloatArray:
     """Return the standard errors of the fitted values, SI units, shape (p,).
 
     Args:
         problem: with white noise weights.
         fit: the fitted point.
-        bench: the same model under both noise models; None where a torque balance is judged.
+        rest: the same model under both noise models, None where a torque balance is judged; sizes of the signals.
     """
     squares = np.maximum(0.0, np.diag(robust_covariance(problem, fit)))
+    bench, ranges = rest
     if bench is not None and squares.size:
         moved = bench.sharp.values - bench.state.fit.values
-        squares = squares + moved**2 + _reading_instants(problem, fit)
+        squares = squares + moved**2 + _reading_instants(problem, fit) + form_variances(bench, ranges)
     return np.asarray(np.sqrt(squares))
+
+
+def form_variances(bench: Bench, ranges: Ranges) -> FloatArray:
+    """Return how far the fitted values of other forms of the added laws lie, squared, by likelihood, shape (p,)."""
+    present = replace(bench.state, fit=bench.sharp)
+    total = np.zeros(len(bench.sharp.parameters))
+    for name in present.added:
+        forms = fitted_forms(bench.sharp_problem, present, name, ranges)
+        if not forms:
+            continue
+        losses = np.array([one.fit.loss for one in forms])
+        weights = np.exp(-0.5 * (losses - losses.min()) / bench.unit)
+        apart = np.stack([one.fit.values - bench.sharp.values for one in forms])
+        total += weights @ apart**2 / weights.sum()
+    return total
 
 
 def _reading_instants(problem: SimulationProblem, fit: Fit) -> FloatArray:

@@ -113,29 +113,36 @@ def with_best_smoothing(problem: SimulationProblem, state: State, iterations: in
     return replace(state, fit=best)
 
 
-def with_best_form(
-    problem: SimulationProblem, state: State, name: str, ranges: Ranges, iterations: int = 10
-) -> State:
+def with_best_form(problem: SimulationProblem, state: State, name: str, ranges: Ranges) -> State:
     """Return the state with the form of an added effect (the value of a parameter that is not fitted) that fits best.
 
     The scan tries every form from coarse starts, and a fit of the wrong form can end lower than one of the right form
     that began far away. From a fitted point all forms begin equally near.
     """
-    effect = EFFECTS[name]
-    if effect.chaotic:
-        return state
-    best = state
-    for parameter in effect.parameters:
-        if parameter.free:
-            continue
-        forms = {start[parameter.name] for start in effect.starts(ranges) if parameter.name in start}
-        for form in sorted(forms - {float(state.fit.vector[parameter.slot])}):
+    return min((state, *fitted_forms(problem, state, name, ranges)), key=lambda one: one.fit.loss)
+
+
+def fitted_forms(
+    problem: SimulationProblem, state: State, name: str, ranges: Ranges, iterations: int = 10
+) -> list[State]:
+    """Return the state with each form of an added effect, fitted from where it stands; none if it has no forms.
+
+    The speed's smoothing is sought anew for each: one that is caught in a hollow of it must not lose for that.
+    """
+    effect, found = EFFECTS[name], []
+    for parameter in (p for p in effect.parameters if not p.free and not effect.chaotic):
+        for form in sorted({one[parameter.name] for one in effect.starts(ranges) if parameter.name in one}):
             vector = state.fit.vector.copy()
             vector[parameter.slot] = form
-            other = fit(problem, state.fit.parameters, vector, state.fit.starts, iterations)
-            if other.loss < best.fit.loss:
-                best = replace(state, fit=other)
-    return best
+            vectors = [vector]
+            if vector[s.OUTPUT_SMOOTHING] > 0.0:
+                vector[s.OUTPUT_SMOOTHING] = SMOOTHING_START_S
+                vectors = [vector, vector.copy()]
+                vectors[1][s.SMOOTHING_ORDER] = 5.0 - vector[s.SMOOTHING_ORDER]
+            parameters, starts = state.fit.parameters, state.fit.starts
+            fits = [fit(problem, parameters, one, starts, iterations) for one in vectors]
+            found.append(replace(state, fit=min(fits, key=lambda one: one.loss)))
+    return found
 
 
 def refit_from(problem: SimulationProblem, state: State, starts: Starts) -> Fit:

@@ -87,7 +87,7 @@ def test_each_port_and_driver_is_located_once(nameplate: JointModel) -> None:
         steps=(Step(state=prepared.state, added=None),), rounds=(), problem=prepared.problem,
         ranges=prepared.ranges, context=prepared.context, names=column_names(nameplate),
     )  # fmt: skip
-    places = outcome.places(prepared.state)
+    places = outcome.places(prepared.state, outcome.bench(prepared.state))
     keys = [(place.port, place.driver) for place in places]
     assert (Port.TORQUE, "position_rad") in keys
     assert len(keys) == len(set(keys))

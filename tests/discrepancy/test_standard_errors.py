@@ -69,7 +69,7 @@ def fitted(
 def value(outcome: SearchOutcome, name: str) -> tuple[float, float]:
     """Return a parameter of the last model and its standard error."""
     state = outcome.steps[-1].state
-    errors = standard_errors(outcome.problem, state.fit, outcome.bench(state))
+    errors = standard_errors(outcome.problem, state.fit, (outcome.bench(state), outcome.ranges))
     index = [p.name for p in state.fit.parameters].index(name)
     return float(state.fit.values[index]), float(errors[index])
 

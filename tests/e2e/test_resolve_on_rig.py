@@ -54,7 +54,7 @@ def test_a_question_that_a_sine_leaves_open_is_settled_on_the_rig(tmp_path: Path
         records / "test.parquet",
     )
     printed = jointscope(
-        "gap", "--model", CONFIG / "models" / "joint1.yaml", *given, "--out", out, "--resolve", *rig, "--rounds", 5
+        "gap", "--model", CONFIG / "models" / "joint1.yaml", *given, "--out", out, "--resolve", *rig, "--rounds", 8
     )  # fmt: skip
     told = json.loads((out / "resolve.json").read_text())
     first, last = told["rounds"][0], told["rounds"][-1]
