@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from discrepancy.fitting.parameters import FitParameter
 from discrepancy.fitting.problem import SimulationProblem, Starts
-from discrepancy.fitting.projection import STEEPEST, Point, Projector, bounded, moved_starts
+from discrepancy.fitting.projection import QUIET, STEEPEST, Point, Projector, bounded, moved_starts
 from discrepancy.simulation import slots as s
 
 FloatArray = NDArray[np.float64]
@@ -63,6 +63,7 @@ class Fit:
         return np.asarray(np.linalg.pinv(self.normal(), rcond=1e-14) * np.outer(slope, slope) * variance)
 
 
+@QUIET
 def start_projector(problem: SimulationProblem, at: Fit) -> Projector:
     """Return what removes from flattened values what the starting states at a fitted point can explain."""
     return Projector(problem, Point(problem, problem.measured(), at.vector, at.starts))
@@ -165,6 +166,7 @@ class _Scan:
     reuse: FloatArray | None
 
 
+@QUIET
 def _fit(
     problem: SimulationProblem,
     parameters: Sequence[FitParameter],

@@ -14,6 +14,8 @@ STEEPEST = 1e9
 _RUNAWAY = 1e6
 _TOLERANCE = 3e-5
 _MOVES = 3
+QUIET = np.errstate(over="ignore", invalid="ignore")
+"""Decorates what fits: a trial whose simulation runs away loses, which is no reason to warn anybody."""
 
 
 def _pseudo_inverse(block: FloatArray) -> FloatArray:
@@ -104,6 +106,7 @@ class FittedStarts:
     loss: float
 
 
+@QUIET
 def fit_starts(problem: SimulationProblem, vector: FloatArray, starts: Starts) -> FittedStarts:
     """Fit the starting states of all windows alone, at fixed parameters, by Gauss-Newton steps on the true residual.
 

@@ -25,6 +25,7 @@ SCAN_KEEP = 2
 CHAOTIC_WINDOW_S = 1.0
 CHAOTIC_ITERATIONS = 40
 FULL_ITERATIONS = 14
+_GLANCE = 3
 FloatArray = NDArray[np.float64]
 RIVAL_START = 1.3
 """A second start is followed if its scanned loss is at most this multiple of the first one's."""
@@ -123,11 +124,12 @@ def with_best_form(problem: SimulationProblem, state: State, name: str, ranges: 
 
 
 def fitted_forms(
-    problem: SimulationProblem, state: State, name: str, ranges: Ranges, iterations: int = 10
+    problem: SimulationProblem, state: State, name: str, ranges: Ranges, iterations: int = 7
 ) -> list[State]:
     """Return the state with each form of an added effect, fitted from where it stands; none if it has no forms.
 
-    The speed's smoothing is sought anew for each: one that is caught in a hollow of it must not lose for that.
+    The speed's smoothing is sought anew for each: one that is caught in a hollow of it must not lose for that. A form
+    that is far behind after a few steps is not fitted to the end.
     """
     effect, found = EFFECTS[name], []
     for parameter in (p for p in effect.parameters if not p.free and not effect.chaotic):
@@ -140,8 +142,11 @@ def fitted_forms(
                 vectors = [vector, vector.copy()]
                 vectors[1][s.SMOOTHING_ORDER] = 5.0 - vector[s.SMOOTHING_ORDER]
             parameters, starts = state.fit.parameters, state.fit.starts
-            fits = [fit(problem, parameters, one, starts, iterations) for one in vectors]
-            found.append(replace(state, fit=min(fits, key=lambda one: one.loss)))
+            fits = [fit(problem, parameters, one, starts, _GLANCE) for one in vectors]
+            best = min(fits, key=lambda one: one.loss)
+            if best.loss <= RIVAL_START * state.fit.loss:
+                best = fit(problem, parameters, best.vector, best.starts, iterations)
+            found.append(replace(state, fit=best))
     return found
 
 
