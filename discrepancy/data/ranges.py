@@ -6,8 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
+from scipy.signal import lfilter
 
-from discrepancy.data.series import SPEED, TORQUE, Series
+from discrepancy.data.series import POSITION, SPEED, TORQUE, Series
 from discrepancy.effects.spec import Ranges
 from discrepancy.simulation import slots as s
 
@@ -54,9 +55,12 @@ def find_waves(
 ) -> dict[str, tuple[float, ...]]:
     """Return wave numbers, 1/rad, at which the missing torque (or speed) repeats over the angle.
 
+    The residual is compared with what the linear joint would make of a torque that repeats (a matched filter), not
+    turned into a torque first: that would raise its noise with the frequency, and hide slow waves behind fast ones.
+
     Args:
         series: the (binned) training records.
-        residuals: speed residual of each record, shape (n,).
+        residuals: residual of each record's first output, shape (n,).
         vector: kernel parameters of the fitted joint.
     """
     usable = [
@@ -66,34 +70,72 @@ def find_waves(
     ]
     if not usable:
         return {}
-    spectra: dict[str, list[FloatArray]] = {"torque": [], "current": [], "acceleration": [], "speed": []}
     travel = max(float(np.ptp(one.angle)) for one, _ in usable)
     waves = _wave_axis(
         travel, max(float(np.max(np.abs(measured_speed(one)))) * one.step for one, _ in usable)
     )
+    matched = {name: np.zeros(waves.size) for name in ("torque", "current", "acceleration", "speed")}
+    expected = {name: np.zeros(waves.size) for name in matched}
     for one, residual in usable:
         speed = measured_speed(one)
-        is_torque = one.channels[0].row == TORQUE
-        torque = residual if is_torque else missing_torque(one, residual, vector)
         slope = np.gradient(gaussian_filter1d(speed, max(0.5, _SMOOTH_S / one.step)), one.time_s)
-        regressors = np.stack([np.ones_like(speed), speed, np.sign(speed), one.input], axis=1)
-        torque = torque - regressors @ np.linalg.lstsq(regressors, torque, rcond=None)[0]
-        for name, product in (
-            ("torque", torque),
-            ("current", torque * one.input),
-            ("acceleration", torque * slope),
-            ("speed", residual * speed),
-        ):  # fmt: skip
-            spectra[name].append(_transform(one.angle, product - product.mean(), waves.size, travel))
-    summed = {name: np.sum(parts, axis=0) for name, parts in spectra.items()}
+        joint = None if one.channels[0].row == TORQUE else vector
+        if one.channels[0].row == POSITION:
+            residual = np.gradient(gaussian_filter1d(residual, max(0.5, _SMOOTH_S / one.step)), one.time_s)
+        left = _unexplained(one, residual, speed, joint)
+        for name, factor, through in (
+            ("torque", np.ones_like(speed), joint),
+            ("current", one.input, joint),
+            ("acceleration", slope, joint),
+            ("speed", speed, None),
+        ):
+            back = left if through is None else _answer(left[::-1], one.step, through)[::-1]
+            product = back * factor
+            matched[name] += _transform(one.angle, product - product.mean(), waves.size, travel)
+            expected[name] += _expected(factor, speed, waves, through)
+    power = {name: matched[name] / expected[name] for name in matched}
     low, high = waves <= 1.2, waves >= 0.8
     return {
-        "torque_low": _peaks(waves, summed["torque"], low, 2),
-        "torque_high": _peaks(waves, summed["torque"], high, 4),
-        "current": _peaks(waves, summed["current"], high, 2),
-        "acceleration": _peaks(waves, summed["acceleration"], waves > 0.05, 2),
-        "speed": _peaks(waves, summed["speed"], waves > 0.0, 3),
+        "torque_low": _peaks(waves, power["torque"], low, 2),
+        "torque_high": _peaks(waves, power["torque"], high, 4),
+        "current": _peaks(waves, power["current"], high, 2),
+        "acceleration": _peaks(waves, power["acceleration"], waves > 0.05, 2),
+        "speed": _peaks(waves, power["speed"], waves > 0.0, 3),
     }
+
+
+def _answer(torque: FloatArray, step: float, vector: FloatArray) -> FloatArray:
+    """Return the speed that the linear joint makes of a torque held over each sample, shape (n,)."""
+    rate = max(0.0, float(vector[s.VISCOUS])) / float(vector[s.INERTIA])
+    keep = math.exp(-rate * step)
+    gain = (1.0 - keep) / (rate * vector[s.INERTIA]) if rate * step > 1e-9 else step / vector[s.INERTIA]
+    return np.asarray(lfilter([gain], [1.0, -keep], torque))
+
+
+def _unexplained(
+    series: Series, residual: FloatArray, speed: FloatArray, joint: FloatArray | None
+) -> FloatArray:
+    """Return the residual without what an offset, viscous and dry friction and the motor's torque explain."""
+    regressors = np.stack([np.ones_like(speed), speed, np.sign(speed), series.input])
+    if joint is not None:
+        regressors = np.stack([_answer(one, series.step, joint) for one in regressors])
+    return np.asarray(residual - regressors.T @ np.linalg.lstsq(regressors.T, residual, rcond=None)[0])
+
+
+def _expected(
+    factor: FloatArray, speed: FloatArray, waves: FloatArray, joint: FloatArray | None
+) -> FloatArray:
+    """Return the power that a wave of unit amplitude times `factor` leaves in the residual, by wave number.
+
+    While the speed hardly changes, a wave over the angle is one over time at k w, which the joint passes with
+    1 / (B^2 + J^2 k^2 w^2). The speeds are counted in classes, weighted with the factor's square.
+    """
+    if joint is None:
+        return np.full(waves.size, float(factor @ factor) + 1e-300)
+    weight, edges = np.histogram(np.abs(speed), bins=64, weights=factor**2)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    frequency = np.outer(waves, middle)
+    return np.asarray((1.0 / (joint[s.VISCOUS] ** 2 + (joint[s.INERTIA] * frequency) ** 2)) @ weight + 1e-300)
 
 
 def _wave_axis(travel: float, step: float) -> FloatArray:
