@@ -10,7 +10,7 @@ from daq.recording.recording import Recording
 from discrepancy.assemble import assemble, column_names
 from discrepancy.data.checks import check_inputs
 from discrepancy.data.identifiable import hold_unidentified
-from discrepancy.data.ranges import find_waves, signal_ranges
+from discrepancy.data.ranges import signal_ranges
 from discrepancy.data.repeats import find_repeats, merge_repeats
 from discrepancy.data.series import SPEED, TORQUE, Series, bin_series, cut_windows, read_series
 from discrepancy.design.limits import RigLimits
@@ -245,9 +245,7 @@ def _finish_preparation(
     if not is_torque:
         problem = replace(problem, series=merge_repeats(problem.series, pairs))
     state = best_of_starts(problem, state)
-    parts = residual_parts(problem, state)
-    waves = find_waves(problem.series, [record[0] for record in parts], fitted.vector)
-    ranges = replace(signal_ranges(problem.series, fitted.vector), waves=waves)
+    ranges = signal_ranges(problem.series, fitted.vector)
     floor = {name: float(value * np.sqrt(factor)) for name, value in noise.sigma.items()}
     return Prepared(
         problem=problem, state=state, ranges=ranges, noise_floor=floor, repeats=len(pairs), timing=timing,

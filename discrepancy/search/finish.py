@@ -14,8 +14,9 @@ from discrepancy.search.bench import make_bench
 from discrepancy.search.context import Context
 from discrepancy.search.curves import called, judge_curves
 from discrepancy.search.doubts import find_doubts
+from discrepancy.search.exchange import exchange
 from discrepancy.search.greedy import Round, run_round
-from discrepancy.search.noise import measure_noise, residual_parts
+from discrepancy.search.noise import measure_noise, residual_parts, waves_left
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.pairs import find_pair
@@ -52,6 +53,7 @@ def search(
     current, closed = state, np.zeros(1)
     # Adding and pruning could follow each other for ever: the number of rounds is bounded too.
     while len(current.added) < options.most_effects and len(rounds) < 2 * options.most_effects:
+        ranges = replace(ranges, waves=waves_left(problem, current))
         done = run_round(problem, current, ranges, options, replace(context, closed=closed))
         rounds.append(done)
         pair = () if done.winner else find_pair(problem, current, (ranges, options, context), done)
@@ -59,7 +61,13 @@ def search(
             rounds[-1:] = pair
         taken = [one for one in (pair or (done,)) if one.winner is not None]
         if not taken:
-            break
+            # With a better law in the place of one that was taken early, further effects may show.
+            swapped = exchange(problem, (current, steps), ranges, (options, replace(context, closed=closed)))
+            if swapped is None:
+                break
+            current, steps, done = swapped
+            rounds.append(done)
+            continue
         for one in taken:
             current, closed, step = _accept(problem, one, ranges, closed)
             # A richer law takes the place of the simpler one that it contains.

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from discrepancy.data.ranges import find_waves
 from discrepancy.data.repeats import Pair
 from discrepancy.fitting.noise import (
     fit_whitener,
@@ -64,6 +65,12 @@ def residual_parts(problem: SimulationProblem, state: State) -> list[list[FloatA
         [(channel.values - output[channel.row]) * (channel.weight > 0) for channel in one.channels]
         for one, output in zip(problem.series, outputs, strict=True)
     ]
+
+
+def waves_left(problem: SimulationProblem, state: State) -> dict[str, tuple[float, ...]]:
+    """Return the wave numbers over the angle at which what a model leaves repeats, 1/rad."""
+    parts = residual_parts(problem, state)
+    return find_waves(problem.series, [record[0] for record in parts], state.fit.vector)
 
 
 def measure_noise(

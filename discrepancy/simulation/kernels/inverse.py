@@ -6,7 +6,13 @@ from numpy.typing import NDArray
 
 from discrepancy.simulation import slots as s
 from discrepancy.simulation.kernels.bristle import SPRINGS, bristle_torque
-from discrepancy.simulation.kernels.laws import dry_level, inertia_at, position_torque, viscous_coefficient
+from discrepancy.simulation.kernels.laws import (
+    dry_level,
+    inertia_at,
+    position_torque,
+    ripple_torque,
+    viscous_coefficient,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -39,6 +45,7 @@ def torque_record(
         inertia, reaction = inertia_at(p, q)
         load = inertia * acceleration[k] + (reaction + p[s.QUADRATIC] * (1.0 if w > 0.0 else -1.0)) * w * w
         load += viscous_coefficient(p, w, time) * w + p[s.LOAD_OFFSET] + position_torque(p, q, w, 0.0)
+        load += ripple_torque(p, q, 0.0)
         if p[s.PRESLIDING_LEVEL] > 0.0:
             step = t[k] - t[k - 1] if k > 0 else t[1] - t[0]
             load += bristle_torque(p, springs, (w + 0.5 * step * acceleration[k]) * step)

@@ -25,6 +25,7 @@ from discrepancy.simulation.kernels.laws import (
     limit_current,
     motor_torque,
     position_torque,
+    ripple_torque,
     slide,
     viscous_coefficient,
 )
@@ -34,57 +35,69 @@ FloatArray = NDArray[np.float64]
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _shaft_torque(
-    p: FloatArray, state: tuple[float, float, float], h: float, inertia: float, viscous: float
-) -> tuple[float, float]:
-    """Return the mean torque in the shaft and the load's new speed; `state` holds both speeds and the twist."""
+def _shaft_torque(p: FloatArray, state: tuple[float, float, float], h: float) -> float:
+    """Return the mean torque in the shaft over a sub-step; `state` holds both speeds and the twist."""
     share, free = p[s.LOAD_SHARE], 0.5 * p[s.GAP]
     w, load, twist = state
     twist += 0.5 * h * (w - load)
     wound = twist - free if twist > free else (twist + free if twist < -free else 0.0)
-    torque = 0.0
-    if wound != 0.0 or free == 0.0:
-        damping = 2.0 * p[s.DAMPING_RATIO] * math.sqrt(p[s.STIFFNESS] * inertia * share * (1.0 - share))
-        torque = p[s.STIFFNESS] * wound + damping * (w - load)
-        # A tooth cannot pull: inside a gap the contact only pushes.
-        if free > 0.0 and torque * wound < 0.0:
-            torque = 0.0
-    mass, half = inertia * share, 0.5 * h * viscous * p[s.LOAD_FRICTION_SHARE]
-    return torque, (load * (mass - half) + h * torque) / (mass + half)
+    if wound == 0.0 and free > 0.0:
+        return 0.0
+    damping = 2.0 * p[s.DAMPING_RATIO] * math.sqrt(p[s.STIFFNESS] * p[s.INERTIA] * share * (1.0 - share))
+    torque = p[s.STIFFNESS] * wound + damping * (w - load)
+    # A tooth cannot pull: inside a gap the contact only pushes.
+    return 0.0 if free > 0.0 and torque * wound < 0.0 else torque
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _move(
+    p: FloatArray, w: float, h: float, drive: float, body: tuple[float, float, float, float, float], dry: bool
+) -> float:
+    """Return a body's speed after a sub-step; `body` as `slide` takes it."""
+    if dry:
+        return float(slide(p, w, h, drive, body))
+    half = 0.5 * h * body[1]
+    return (w * (body[0] - half) + h * drive) / (body[0] + half)
 
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _next_speeds(
     p: FloatArray,
-    state: tuple[float, float, float, float, float],
+    state: tuple[float, float, float, float, float, float],
     springs: FloatArray | None,
     current: float,
     at: tuple[float, float, bool],
 ) -> tuple[float, float]:
     """Return the speeds of motor and load after a sub-step, and advance the presliding springs.
 
-    `state` holds speed, angle, acceleration, speed of the load and twist; `at` sub-step and time, s, and whether any
-    dry friction is on.
+    `state` holds speed, angle, acceleration, speed and acceleration of the load, and twist; `at` sub-step and time, s,
+    and whether any dry friction is on. Weight, stops and what else depends on the joint's angle act behind the shaft,
+    friction on both sides of it by its share, ripple at the motor.
     """
-    w, angle, accel, load, twist = state
+    w, angle, accel, load, load_accel, twist = state
     h, time, is_dry = at
-    q, middle = angle + 0.5 * h * w, w + 0.5 * h * accel
     torque = motor_torque(p, current, time)
+    q = angle + 0.5 * h * w
     inertia, reaction = inertia_at(p, q)
-    viscous = viscous_coefficient(p, w, time)
-    drive = torque - p[s.LOAD_OFFSET] - position_torque(p, q, w, current)
-    drive -= (reaction + p[s.QUADRATIC] * (1.0 if middle > 0.0 else -1.0)) * middle * middle
+    has_load = p[s.LOAD_SHARE] > 0.0
+    body = load if has_load else w
+    middle = body + 0.5 * h * (load_accel if has_load else accel)
+    drag = p[s.QUADRATIC] * (1.0 if middle > 0.0 else -1.0) * middle * middle
+    drive = -p[s.LOAD_OFFSET] - position_torque(p, q, body, current) - reaction * middle * middle - drag
     if springs is not None:
         drive -= bristle_torque(p, springs, middle * h)
-    if p[s.LOAD_SHARE] > 0.0:
-        shaft, load = _shaft_torque(p, (w, load, twist), h, inertia, viscous)
-        drive -= shaft
-        viscous *= 1.0 - p[s.LOAD_FRICTION_SHARE]
-        inertia *= 1.0 - p[s.LOAD_SHARE]
-    if is_dry:
-        return float(slide(p, w, h, drive, (inertia, viscous, torque, accel))), load
-    half = 0.5 * h * viscous
-    return (w * (inertia - half) + h * drive) / (inertia + half), load
+    viscous = viscous_coefficient(p, body, time)
+    if not has_load:
+        drive += torque - ripple_torque(p, q, current)
+        return _move(p, w, h, drive, (inertia, viscous, torque, accel, 1.0), is_dry), load
+    behind = p[s.LOAD_FRICTION_SHARE]
+    shaft = _shaft_torque(p, (w, load, twist), h)
+    front = p[s.INERTIA] * (1.0 - p[s.LOAD_SHARE])
+    rest = max(0.05 * p[s.INERTIA] * p[s.LOAD_SHARE], inertia - front)
+    moved = _move(p, load, h, drive + shaft, (rest, viscous * behind, torque, load_accel, behind), is_dry)
+    viscous = viscous_coefficient(p, w, time) * (1.0 - behind)
+    drive = torque - ripple_torque(p, q, current) - shaft
+    return _move(p, w, h, drive, (front, viscous, torque, accel, 1.0 - behind), is_dry), moved
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -116,14 +129,15 @@ def _simulate(
     out = np.empty((3, n))
     hold, shift, lag = p[s.INPUT_HOLD] > 0.5, p[s.INPUT_SHIFT] + p[s.DELAY], p[s.CURRENT_LAG]
     is_dry, is_filtered = has_dry_friction(p), p[s.FILTER_LAG] > 0.0
-    w, q, seen, accel, current, filtered, load, twist = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    w, q, seen, accel, current, filtered = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    load, load_accel, twist = 0.0, 0.0, 0.0
     step, h, lag_left, filter_left, pull, cuts, j, window = -1.0, 0.0, 0.0, 0.0, 0.0, 1, 0, 0
     for k in range(n):
         if window < windows.shape[0]:
             first = windows[window]
             if (first if first >= 0 else -first - 1) == k:
                 filtered, load = filtered + starts[window, 0] - w, load + starts[window, 0] - w
-                w, q, accel = starts[window, 0], starts[window, 1], 0.0
+                w, q, accel, load_accel = starts[window, 0], starts[window, 1], 0.0, 0.0
                 if first < 0:
                     at_start, j = interpolate(t, u, t[k] - shift, j, hold)
                     current, seen, filtered, load = limit_current(p, at_start), q, w, w
@@ -154,10 +168,10 @@ def _simulate(
             if lag > 0.0:
                 mean = target + (current - target) * (1.0 - lag_left) * lag / h
                 current = target + (current - target) * lag_left
-            state = (w, seen, accel, load, twist)
+            state = (w, seen, accel, load, load_accel, twist)
             new, behind = _next_speeds(p, state, springs, mean, (h, middle - t[0], is_dry))
             twist += 0.5 * h * (w + new - load - behind)
-            load = behind
+            load, load_accel = behind, (behind - load) / h
             moved = 0.5 * h * (w + new)
             q, seen, accel, w = q + moved, seen + moved, (new - w) / h, new
         if is_filtered:

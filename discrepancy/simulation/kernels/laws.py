@@ -69,23 +69,29 @@ def spline_torque(p: FloatArray, q: float, w: float, current: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def position_torque(p: FloatArray, q: float, w: float, current: float) -> float:
-    """Torque that opposes the motion because of where the joint stands: gravity, ripple, end stop, a fitted curve."""
+    """Torque that opposes the motion because of where the joint stands: gravity, end stop, a fitted curve."""
     torque = 0.0
     if p[s.SPLINE_DRIVER] > 0.0:
         torque -= spline_torque(p, q, w, current)
     if p[s.GRAVITY_WAVE] != 0.0:
         a = p[s.GRAVITY_WAVE] * q
         torque += p[s.GRAVITY_SIN] * math.sin(a) + p[s.GRAVITY_COS] * math.cos(a)
-    if p[s.RIPPLE_WAVE] != 0.0:
-        a = p[s.RIPPLE_WAVE] * q
-        ripple = p[s.RIPPLE_SIN] * math.sin(a) + p[s.RIPPLE_COS] * math.cos(a)
-        torque += ripple * (current if p[s.RIPPLE_CURRENT] > 0.5 else 1.0)
     if p[s.STOP_STIFFNESS] > 0.0:
         if q > p[s.STOP_HIGH]:
             torque += max(0.0, p[s.STOP_STIFFNESS] * (q - p[s.STOP_HIGH]) + p[s.STOP_DAMPING] * w)
         elif q < p[s.STOP_LOW]:
             torque += min(0.0, p[s.STOP_STIFFNESS] * (q - p[s.STOP_LOW]) + p[s.STOP_DAMPING] * w)
     return torque
+
+
+@njit(cache=True, error_model="numpy")
+def ripple_torque(p: FloatArray, q: float, current: float) -> float:
+    """Torque of cogging or winding harmonics that opposes the motion."""
+    if p[s.RIPPLE_WAVE] == 0.0:
+        return 0.0
+    a = p[s.RIPPLE_WAVE] * q
+    ripple = p[s.RIPPLE_SIN] * math.sin(a) + p[s.RIPPLE_COS] * math.cos(a)
+    return float(ripple * (current if p[s.RIPPLE_CURRENT] > 0.5 else 1.0))
 
 
 @njit(cache=True, error_model="numpy")
@@ -130,28 +136,31 @@ def inertia_at(p: FloatArray, q: float) -> tuple[float, float]:
 
 
 @njit(cache=True, error_model="numpy")
-def slide(p: FloatArray, w: float, h: float, drive: float, load: tuple[float, float, float, float]) -> float:
+def slide(
+    p: FloatArray, w: float, h: float, drive: float, body: tuple[float, float, float, float, float]
+) -> float:
     """Advance the speed by `h` under smooth torque `drive` with exact stick and slip.
 
-    `load` holds inertia, viscous coefficient, motor torque (for load-dependent friction) and last acceleration.
+    `body` holds inertia, viscous coefficient, motor torque (for load-dependent friction), last acceleration, and which
+    part of the joint's dry friction acts on it.
     """
-    inertia, viscous, torque, accel = load
+    inertia, viscous, torque, accel, part = body
     half = 0.5 * h * viscous / inertia
     direction = 1.0 if w > 0.0 else -1.0
     if w == 0.0:
-        if drive > dry_level(p, 0.0, 1.0, torque):
+        if drive > part * dry_level(p, 0.0, 1.0, torque):
             direction = 1.0
-        elif -drive <= dry_level(p, 0.0, -1.0, torque):
+        elif -drive <= part * dry_level(p, 0.0, -1.0, torque):
             return 0.0
     middle = w + 0.5 * h * accel
     if middle * direction < 0.0:
         middle = 0.5 * w
-    level = dry_level(p, middle, direction, torque)
+    level = part * dry_level(p, middle, direction, torque)
     new = (w * (1.0 - half) + h * (drive - direction * level) / inertia) / (1.0 + half)
     if new * direction >= 0.0 or w == 0.0:
         return new if new * direction >= 0.0 else 0.0
     rest = h * (1.0 - w / (w - new))
-    ahead = dry_level(p, 0.0, -direction, torque)
+    ahead = part * dry_level(p, 0.0, -direction, torque)
     if -direction * drive <= ahead:
         return 0.0
     return rest * (drive + direction * ahead) / inertia / (1.0 + 0.5 * rest * viscous / inertia)

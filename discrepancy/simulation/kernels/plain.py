@@ -75,7 +75,7 @@ def simulate_plain(
             middle = w + 0.5 * h * accel
             drive = torque - offset - drag * abs(middle) * middle
             if is_dry:
-                new = slide(p, w, h, drive, (inertia, viscous, torque, accel))
+                new = slide(p, w, h, drive, (inertia, viscous, torque, accel, 1.0))
             else:
                 half = 0.5 * h * viscous
                 new = (w * (inertia - half) + h * drive) / (inertia + half)
