@@ -17,6 +17,8 @@ from discrepancy.fitting.problem import SimulationProblem
 FloatArray = NDArray[np.float64]
 
 BLOCK_S = 2.0
+ALONE = 0.9
+"""A direction of the parameters of which a block holds more than this part of the information is shown by it alone."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,22 +35,24 @@ class HeldOut:
 
 
 def held_out(problem: SimulationProblem, fit: Fit) -> HeldOut:
-    """Return the loss of each block predicted by a fit to all the others."""
+    """Return the loss of each block predicted by a fit to all the others.
+
+    What one block alone shows (the stiffness of a stop that was touched in it) cannot be predicted from the others, and
+    a linearised fit would carry it anywhere: along such directions the fit stays where it was.
+    """
     blocks = problem.blocks(BLOCK_S)
     J, r = fit.jacobian, fit.residual
-    p = J.shape[1]
-    normal = J.T @ J
-    scale = np.sqrt(np.diag(normal)) + 1e-12
-    ridge = np.diag(scale**2) * 1e-10
+    scale = np.sqrt(np.einsum("ij,ij->j", J, J)) + 1e-12
+    size, axes = np.linalg.eigh((J / scale).T @ (J / scale))
+    # In these coordinates the whole information is the unit matrix; a block's share of it has values from 0 to 1.
+    known = size > 1e-13 * size.max(initial=0.0)
+    J = J / scale @ (axes[:, known] / np.sqrt(size[known]))
     losses = np.empty(len(blocks))
     for b, parts in enumerate(blocks):
         rb = np.concatenate([r[part] for part in parts])
-        if p == 0:
-            losses[b] = rb @ rb
-            continue
         Jb = np.concatenate([J[part] for part in parts])
-        # What this block alone shows must stay where it was: the cut at small singular values sees to that.
-        moved = np.linalg.lstsq(normal - Jb.T @ Jb + ridge, Jb.T @ rb, rcond=1e-13)[0]
-        left = rb + Jb @ moved
+        share, directions = np.linalg.eigh(Jb.T @ Jb)
+        moved = np.where(share < ALONE, 1.0 / (1.0 - np.minimum(share, ALONE)), 0.0)
+        left = rb + Jb @ (directions @ (moved * (directions.T @ (Jb.T @ rb))))
         losses[b] = left @ left
     return HeldOut(loss=float(losses.sum()), blocks=losses)

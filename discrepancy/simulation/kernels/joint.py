@@ -129,6 +129,8 @@ def _simulate(
     out = np.empty((3, n))
     hold, shift, lag = p[s.INPUT_HOLD] > 0.5, p[s.INPUT_SHIFT] + p[s.DELAY], p[s.CURRENT_LAG]
     is_dry, is_filtered = has_dry_friction(p), p[s.FILTER_LAG] > 0.0
+    # The slope of a filtered angle is the filtered speed: the angle is late by that times the time constant.
+    late_by = p[s.FILTER_LAG] if p[s.FILTERS_ANGLE] > 0.5 else 0.0
     w, q, seen, accel, current, filtered = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     load, load_accel, twist = 0.0, 0.0, 0.0
     step, h, lag_left, filter_left, pull, cuts, j, window = -1.0, 0.0, 0.0, 0.0, 0.0, 1, 0, 0
@@ -148,8 +150,10 @@ def _simulate(
         if lag == 0.0:
             at_sample, j = interpolate(t, u, t[k] - shift, j, hold)
             current = limit_current(p, at_sample)
-        shown = filtered if is_filtered else w
-        out[0, k], out[1, k] = _seen_motion(p, (shown, q), (filtered if is_filtered else load, q - twist))
+        shown, late = filtered if is_filtered else w, late_by * filtered
+        out[0, k], out[1, k] = _seen_motion(
+            p, (shown, q - late), (filtered if is_filtered else load, q - twist - late)
+        )
         out[2, k] = current
         if k == n - 1:
             break
@@ -178,7 +182,7 @@ def _simulate(
             ramp = (w - before) / dt * p[s.FILTER_LAG]
             filtered = w - ramp + (filtered - before + ramp) * filter_left
         if angle.size > 0:
-            seen += (angle[k + 1] - seen) * pull
+            seen += (angle[k + 1] + late_by * filtered - seen) * pull
     if p[s.INPUT_IS_MEASURED] == 0.0:
         out[2] = out[2] * p[s.SENSOR_GAIN] + p[s.SENSOR_OFFSET]
     return out
