@@ -76,7 +76,7 @@ BACKLASH = Effect(
             kind=Kind.RATIO,
             lower=0.0,
             upper=1.0,
-            meaning="share of the viscous friction behind the gap",
+            meaning="share of all friction behind the gap; weight, stops and load act there wholly",
         ),
         EffectParameter(
             name="read_on_load",

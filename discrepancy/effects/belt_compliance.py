@@ -64,7 +64,7 @@ BELT_COMPLIANCE = Effect(
             kind=Kind.RATIO,
             lower=0.0,
             upper=1.0,
-            meaning="share of the viscous friction behind the belt",
+            meaning="share of all friction behind the belt; weight, stops and load act there wholly",
         ),
         EffectParameter(
             name="read_on_load",
