@@ -11,7 +11,7 @@ from discrepancy.assemble import assemble, column_names
 from discrepancy.data.checks import check_inputs
 from discrepancy.data.identifiable import hold_unidentified
 from discrepancy.data.ranges import signal_ranges
-from discrepancy.data.repeats import find_repeats, merge_repeats
+from discrepancy.data.repeats import find_repeats, merge_as, merge_repeats
 from discrepancy.data.series import SPEED, TORQUE, Series, bin_series, cut_windows, read_series
 from discrepancy.design.limits import RigLimits
 from discrepancy.effects.spec import Ranges
@@ -51,6 +51,8 @@ from discrepancy.torque.problem import Motion, read_motion
 MOST_SAMPLES = 12_000
 SCOUT_FACTOR = 2
 """Starts are tried on samples so many times coarser than those that decide."""
+FINE_FACTOR = 4
+"""Laws with a rough loss are fitted on samples so many times finer than the others."""
 SHORTEST_BIN_S = 1e-3
 LATENCY_S = 1.2e-3
 BEFORE_THE_SENSOR = frozenset({"current_saturation", "inverter_dead_time"})
@@ -210,6 +212,7 @@ def prepare_simulation(model: JointModel, train: Sequence[Series], executor: Exe
     ]
     left = output_losses(prepared.problem, prepared.state.fit.residual) - output_rows(prepared.problem)
     context = replace(prepared.context, bin_size=ratio, signal=np.array(sizes))
+    context = replace(context, fine=fine_problem(prepared.problem, train, factor))
     context = replace(context, gap=context.rms(prepared.problem, left))
     return replace(prepared, noise_floor=floor, context=context)
 
@@ -284,6 +287,14 @@ def best_of_starts(problem: SimulationProblem, state: State) -> State:
     fits = [fit(problem, state.base, state.fit.vector, one, 15) for one in (starts, at_rest)]
     best = replace(state, fit=min(fits, key=lambda one: one.loss))
     return with_best_smoothing(problem, best)
+
+
+def fine_problem(problem: SimulationProblem, train: Sequence[Series], factor: int) -> SimulationProblem:
+    """Return the problem on finer samples of the same records, cut into the same windows."""
+    fine = max(1, factor // FINE_FACTOR)
+    if fine == factor or any(len(one.windows) > 1 for one in problem.series):
+        return problem
+    return replace(problem, series=merge_as([bin_series(one, fine) for one in train], problem.series))
 
 
 def scout_problem(problem: SimulationProblem) -> SimulationProblem:

@@ -17,11 +17,13 @@ from discrepancy.design.excitations import waveform
 from discrepancy.design.limits import RigLimits
 from discrepancy.fitting.levenberg import Fit, fit
 from discrepancy.fitting.problem import STEP_ANGLE, Noise, SimulationProblem
-from discrepancy.search.state import CHAOTIC_WINDOW_S, State
+from discrepancy.search.state import State
 
 FloatArray = NDArray[np.float64]
 
 REFIT_ITERATIONS = 5
+_WINDOW_S = 1.0
+"""Predictions of a chaotic motion are compared in windows of this length."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -83,7 +85,7 @@ def with_outputs(blank: Series, outputs: FloatArray, *, in_windows: bool) -> Ser
     """Return the record that a model predicts; in short windows where a free run would be chaotic."""
     channels = tuple(replace(c, values=outputs[c.row]) for c in blank.channels)
     filled = replace(blank, channels=channels, angle=outputs[POSITION].copy())
-    return cut_windows(filled, CHAOTIC_WINDOW_S) if in_windows else filled
+    return cut_windows(filled, _WINDOW_S) if in_windows else filled
 
 
 def predict(

@@ -5,20 +5,23 @@ import math
 from discrepancy.effects.spec import Effect, EffectParameter, Kind, Port, Ranges, Start, stiffest
 from discrepancy.simulation import slots as s
 
+_CONTACT_HZ = 20.0
+
 
 def _starts(r: Ranges) -> list[Start]:
+    """Stand on a grid that is only simulated: gaps in parts of the travel."""
+    travel = max(r.high - r.low, 1e-9)
     return [
         {
-            "gap": g,
+            "gap": g * travel,
             "load_share": a,
-            "stiffness": r.inertia * a * (1 - a) * (2 * 3.14159 * f) ** 2,
+            "stiffness": min(r.inertia * a * (1 - a) * (2 * math.pi * _CONTACT_HZ) ** 2, 0.25 * stiffest(r)),
             "damping_ratio": 0.5,
             "friction_share": a,
             "read_on_load": side,
         }
-        for g in (0.03, 0.1, 0.3)
-        for a in (0.3, 0.9)
-        for f in (15.0,)
+        for g in (0.005, 0.01, 0.02, 0.04, 0.08, 0.16)
+        for a in (0.3, 0.6, 0.9, 0.97, 0.99)
         for side in (0.0, 1.0)
     ]
 

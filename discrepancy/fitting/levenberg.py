@@ -19,8 +19,8 @@ from discrepancy.simulation import slots as s
 FloatArray = NDArray[np.float64]
 
 _DIFFERENCE = 3e-4
-_COARSE_DIFFERENCE = 1e-2
-"""Backlash makes the motion chaotic: its loss is smooth only over steps that are larger than single contacts."""
+_COARSE_DIFFERENCE = 3e-2
+"""Play makes the loss rough: it is smooth only over steps that are larger than single contacts."""
 _TOLERANCE = 3e-5
 
 
@@ -176,8 +176,8 @@ def _fit(
 ) -> Fit:
     vector, starts = at
     reuse = None if scan is None else scan.reuse
-    data = problem.measured()
-    point = Point(problem, data, problem.prepare(vector), starts)
+    data, vector = problem.measured(), problem.prepare(vector)
+    point = Point(problem, data, vector, problem.with_best_twists(vector, starts))
     damping = 1e-3
     done = 0
     while True:

@@ -27,6 +27,8 @@ STEP_ANGLE = 0.25
 COARSE_STEP_ANGLE = 0.6
 """The same where starts are only compared: the frequency is right to 1.5 %."""
 SHORTEST_STEP_S = 2e-4
+TWISTS = (-1.0, -0.5, 0.0, 0.5, 1.0)
+"""Where in its gap a joint with play may begin, in half gaps."""
 
 
 def safe_step(vector: FloatArray, longest: float, angle: float) -> float:
@@ -116,6 +118,28 @@ class SimulationProblem:
                 output[channel.row] = channel.values
             rows.append(output)
         return self.flatten(rows)
+
+    def with_best_twists(self, vector: FloatArray, starts: Starts) -> Starts:
+        """Return the starts with the place in the gap, in half gaps, from which each fresh window goes on best.
+
+        A joint at rest may lie anywhere in its play. No slope leads there: where it lies decides how often it bounces.
+        """
+        if vector[s.GAP] <= 0.0:
+            return starts
+        data = self.measured()
+        tried, losses = [], []
+        for side in TWISTS:
+            tried.append(
+                tuple(np.column_stack([start[:, :2], np.full(len(start), side)]) for start in starts)
+            )
+            with np.errstate(over="ignore", invalid="ignore"):
+                left = data - self.flatten(self.simulate(vector, tried[-1]))
+            losses.append([sum(float(left[p] @ left[p]) for p in parts) for parts in self.window_slices()])
+        best = np.argmin(np.nan_to_num(losses, nan=np.inf), axis=0)
+        counts = np.cumsum([0, *(len(start) for start in starts)])
+        for i, (a, b) in enumerate(zip(counts[:-1], counts[1:], strict=True)):
+            tried[0][i][:, 2] = np.asarray(TWISTS)[best[a:b]]
+        return tried[0]
 
     def start_rows(self) -> tuple[int, ...]:
         """Return which starting states the outputs reveal: speed, and angle where a position is an output."""

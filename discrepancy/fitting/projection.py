@@ -112,8 +112,8 @@ def fit_starts(problem: SimulationProblem, vector: FloatArray, starts: Starts) -
 
     A fit (`levenberg`) cannot: its loss has the starts projected out already, so that no change of them lowers it.
     """
-    data = problem.measured()
-    point = Point(problem, data, problem.prepare(vector), starts)
+    data, vector = problem.measured(), problem.prepare(vector)
+    point = Point(problem, data, vector, problem.with_best_twists(vector, starts))
     loss = float(point.raw @ point.raw)
     for _ in range(_MOVES):
         projector = Projector(problem, point)

@@ -26,6 +26,7 @@ class Context:
         excluded: effects that this way of judging cannot see, or that a free parameter already is.
         closed: what earlier rounds have closed, rms in units of one sample's noise.
         scout: the same records in coarser samples, on which starts are tried.
+        fine: the same records in finer samples, on which laws with a rough loss are fitted; None without them.
         signal: standard deviation of the output in units of one sample's noise.
         gap: gap of the recalibrated base model in the same units.
         pairs: stretches that repeat each other, where they were not averaged.
@@ -37,6 +38,7 @@ class Context:
     excluded: frozenset[str] = frozenset()
     closed: FloatArray = field(default_factory=lambda: np.zeros(1))
     scout: SimulationProblem | None = None
+    fine: SimulationProblem | None = None
     signal: FloatArray = field(default_factory=lambda: np.zeros(1))
     gap: FloatArray = field(default_factory=lambda: np.zeros(1))
     pairs: tuple[Pair, ...] = ()

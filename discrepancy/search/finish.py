@@ -22,6 +22,7 @@ from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.pairs import find_pair
 from discrepancy.search.prune import prune
 from discrepancy.search.remainder import find_remainder
+from discrepancy.search.rough import settle_rough
 from discrepancy.search.state import (
     State,
     refit,
@@ -31,7 +32,6 @@ from discrepancy.search.state import (
 )
 
 FloatArray = NDArray[np.float64]
-LONG_WAY = 30
 MANY_MINOR = 3
 MINOR_SHARE = 0.15
 """An effect that closes less than this part of all that was closed is minor."""
@@ -56,6 +56,7 @@ def search(
         ranges = replace(ranges, waves=waves_left(problem, current))
         done = run_round(problem, current, ranges, options, replace(context, closed=closed))
         rounds.append(done)
+        current, steps[-1] = done.start, replace(steps[-1], state=done.start)
         pair = () if done.winner else find_pair(problem, current, (ranges, options, context), done)
         if pair:
             rounds[-1:] = pair
@@ -69,7 +70,7 @@ def search(
             rounds.append(done)
             continue
         for one in taken:
-            current, closed, step = _accept(problem, one, ranges, closed)
+            current, closed, step = _accept((context.fine or problem, problem), one, ranges, closed)
             # A richer law takes the place of the simpler one that it contains.
             steps = [s for s in steps if s.added is None or s.added in current.added]
             steps.append(step)
@@ -86,16 +87,19 @@ def search(
 
 
 def _accept(
-    problem: SimulationProblem, done: Round, ranges: Ranges, closed: FloatArray
+    problems: tuple[SimulationProblem, SimulationProblem], done: Round, ranges: Ranges, closed: FloatArray
 ) -> tuple[State, FloatArray, Step]:
-    """Return the winner's model fitted again, all that was closed so far, and its step."""
+    """Return the winner's model fitted again, all that was closed so far, and its step; `problems`: fine and usual."""
     winner = done.winner
     if winner is None:
         raise ValueError("a round without a winner adds nothing")
-    # A chaotic loss has many hollows: the way to the bottom is long, and worth it once only.
-    more = LONG_WAY if winner.state.is_chaotic else 3
-    current = with_best_form(problem, refit(problem, winner.state, ranges, more), winner.name, ranges)
-    current = with_best_smoothing(problem, current)
+    fine, problem = problems
+    if winner.state.is_chaotic:
+        # What finer samples have shown stays: a fit to the coarse ones would make up for their steps.
+        current = refit(problem, settle_rough(fine, winner.state, ranges), ranges, 0)
+    else:
+        current = with_best_form(problem, refit(problem, winner.state, ranges, 3), winner.name, ranges)
+        current = with_best_smoothing(problem, current)
     step = Step(
         state=current, added=winner.name, equivalents=done.equivalents, fall=winner.fall, closed=winner.closed
     )
@@ -105,8 +109,10 @@ def _accept(
 def _quieter(problem: SimulationProblem, state: State, context: Context) -> tuple[SimulationProblem, Context]:
     """Read the noise off the repeats again, beside the better model."""
     noise, repeat = measure_noise(problem, residual_parts(problem, state), context.pairs)
-    scout = None if context.scout is None else replace(context.scout, noise=noise)
-    return replace(problem, noise=noise), replace(context, repeat_noise=repeat, scout=scout)
+    scout, fine = (
+        None if one is None else replace(one, noise=noise) for one in (context.scout, context.fine)
+    )
+    return replace(problem, noise=noise), replace(context, repeat_noise=repeat, scout=scout, fine=fine)
 
 
 def _conclude(

@@ -18,6 +18,8 @@ from discrepancy.data.series import SPEED, Series, bin_index
 from discrepancy.fitting.levenberg import Fit, fit
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.search.outcome import SearchOutcome
+from discrepancy.search.rough import settle_rough
+from discrepancy.search.state import refit
 
 FloatArray = NDArray[np.float64]
 
@@ -28,7 +30,7 @@ _ITERATIONS = 4
 def refine_full_rate(outcome: SearchOutcome, train: Sequence[Series], factor: int) -> SearchOutcome:
     """Return the outcome with its last model fitted to data that are corrected for binning, and these data.
 
-    A chaotic run is left as it is: its course at another step has nothing to do with the first one.
+    A law with a rough loss is fitted on finer samples instead: at another step other contacts are met.
 
     Args:
         outcome: found on records of which `factor` samples were averaged into one.
@@ -38,15 +40,26 @@ def refine_full_rate(outcome: SearchOutcome, train: Sequence[Series], factor: in
     last = outcome.steps[-1]
     problem, found = outcome.problem, last.state.fit
     has_speed = any(channel.row == SPEED for channel in problem.series[0].channels)
-    if factor <= 1 or last.state.is_chaotic or not has_speed:
+    if factor <= 1 or not has_speed:
         return outcome
-    fine = merge_as(train, problem.series)
+    if last.state.is_chaotic:
+        return _settle_on_fine(outcome)
+    full = merge_as(train, problem.series)
     corrected = problem
     for _ in range(_ROUNDS):
-        corrected = correct_binning(problem, fine, factor, found)
+        corrected = correct_binning(problem, full, factor, found)
         found = fit(corrected, found.parameters, found.vector, found.starts, _ITERATIONS)
     steps = (*outcome.steps[:-1], replace(last, state=replace(last.state, fit=found)))
     return replace(outcome, steps=steps, problem=corrected)
+
+
+def _settle_on_fine(outcome: SearchOutcome) -> SearchOutcome:
+    """Return the outcome with all its models fitted to finer samples, the last one thoroughly."""
+    fine, ranges = outcome.context.fine or outcome.problem, outcome.ranges
+    *earlier, last = outcome.steps
+    steps = [replace(step, state=refit(fine, step.state, ranges, _ITERATIONS)) for step in earlier]
+    steps.append(replace(last, state=settle_rough(fine, last.state, ranges)))
+    return replace(outcome, steps=tuple(steps), problem=fine)
 
 
 def correct_binning(

@@ -18,6 +18,7 @@ from discrepancy.search.judge import held_out
 from discrepancy.search.noise import noise_beside
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outputs import output_losses, output_rows
+from discrepancy.search.rough import polish_rough, scan_rough
 from discrepancy.search.same import Equivalent
 from discrepancy.search.state import SCAN_KEEP, State, polish, refit, refit_from, scan_effect, without
 
@@ -34,8 +35,9 @@ WORTH = 0.9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Round:
-    """What one round found, best first."""
+    """What one round found, best first; `start` is the model that it began from, fitted better where it found how."""
 
+    start: State
     before: State
     contenders: tuple[Contender, ...]
     winner: Contender | None
@@ -110,7 +112,9 @@ def _judge(
     judged = _ranked(judged, problem.rows, options)
     winner = choose(judged, options, (state, context))
     others = () if winner is None else equivalents_of(winner, judged, options, context)
-    return Round(before=before, contenders=tuple(judged), winner=winner, equivalents=others, problem=sharp)
+    return Round(
+        start=state, before=before, contenders=tuple(judged), winner=winner, equivalents=others, problem=sharp
+    )
 
 
 def closed_part(problem: SimulationProblem, before: State, after: State) -> float:
@@ -166,11 +170,31 @@ def fit_all(
     limit = max(floor, scout.rows) + 0.5 * max(0.0, coarse.fit.loss - floor)
     ranked = sorted(scanned, key=lambda one: one[0].fit.loss)
     keep = [one for i, one in enumerate(ranked) if one[0].fit.loss < limit or i < options.finalists]
+    # A rough law costs more than all others: where it gains no more than chance does, nobody needs it to the end.
+    unit = 1.0 if context.repeat_noise is not None else max(1.0, floor / scout.rows)
+    keep = [
+        one
+        for one in keep
+        if not EFFECTS[one[0].added[-1]].chaotic
+        or _gain(one[0], coarse) > unit * _least_gain(one[0], options)
+    ]
     if context.scout is not None:
         keep = [[replace(one, fit=replace(one.fit, starts=state.fit.starts)) for one in few] for few in keep]
-    done = fan_out(context.executor, partial(_polish, problem, ranges), keep)
+    done = fan_out(context.executor, partial(_polish, (context.fine or problem, problem), ranges), keep)
     contenders = [Contender(name=one.added[-1], state=one, white_loss=one.fit.loss) for one in done]
     return sorted(contenders, key=lambda c: c.white_loss + options.per_parameter * c.size)
+
+
+def _gain(scanned: State, before: State) -> float:
+    """Return by how much a scanned law lowers the loss."""
+    return before.fit.loss - scanned.fit.loss
+
+
+def _least_gain(scanned: State, options: SearchOptions) -> float:
+    """Return what an effect has to gain in the end to be significant and material, in noise variances."""
+    own = sum(1 for p in EFFECTS[scanned.added[-1]].parameters if p.free)
+    visible = options.material_noise**2 * scanned.fit.residual.size
+    return options.alarm + options.per_parameter * own + visible
 
 
 def _rescanned(
@@ -190,15 +214,20 @@ def _rescanned(
 
 
 def _scan_richer(problem: SimulationProblem, ranges: Ranges, pair: tuple[State, str]) -> list[State]:
-    return scan_effect(problem, *pair, ranges)
+    return _scan(problem, pair[0], ranges, pair[1])
 
 
 def _scan(problem: SimulationProblem, state: State, ranges: Ranges, name: str) -> list[State]:
-    return scan_effect(problem, state, name, ranges)
+    scan = scan_rough if EFFECTS[name].chaotic else scan_effect
+    return scan(problem, state, name, ranges)
 
 
-def _polish(problem: SimulationProblem, ranges: Ranges, scanned: list[State]) -> State:
-    return polish(problem, scanned, ranges)
+def _polish(
+    problems: tuple[SimulationProblem, SimulationProblem], ranges: Ranges, scanned: list[State]
+) -> State:
+    if EFFECTS[scanned[0].added[-1]].chaotic:
+        return polish_rough(problems, scanned, ranges)
+    return polish(problems[1], scanned, ranges)
 
 
 def _again(problem: SimulationProblem, states: dict[str, State], ranges: Ranges, name: str) -> State:

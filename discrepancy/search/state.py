@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from discrepancy.data.series import cut_windows
 from discrepancy.effects.spec import Effect, Port, Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.levenberg import Fit, fit, glance
@@ -22,10 +21,10 @@ from discrepancy.simulation import slots as s
 from discrepancy.simulation.kernels.smoothing import is_invisible
 
 SCAN_KEEP = 2
-CHAOTIC_WINDOW_S = 1.0
-CHAOTIC_ITERATIONS = 40
 FULL_ITERATIONS = 14
 _GLANCE = 3
+_UNSEEN = 1e-9
+"""A parameter whose slope is less than this part of the steepest one does not show in the outputs."""
 FloatArray = NDArray[np.float64]
 RIVAL_START = 1.3
 """A second start is followed if its scanned loss is at most this multiple of the first one's."""
@@ -161,15 +160,12 @@ def scan_effect(problem: SimulationProblem, state: State, name: str, ranges: Ran
     Effects that the new one contains make way for it.
     """
     effect = EFFECTS[name]
-    problem = eased(problem, effect)
     bare = without(state, [other for other in state.added if other in effect.contains])
     parameters = parameters_of(bare.base, bare.given, (*bare.added, name), ranges)
-    vectors = _starting_vectors(state, bare, effect, ranges)
+    vectors = starting_vectors(state, bare, effect, ranges)
     first = 2 if len(vectors) > SCAN_KEEP else 4
-    reuse: FloatArray | None = state.fit.jacobian[:, : len(state.base)]
-    starts = problem.initial_starts() if effect.chaotic else bare.fit.starts
-    reuse = None if effect.chaotic else reuse
-    trials = [glance(problem, parameters, (vector, starts), first, reuse) for vector in vectors]
+    reuse = state.fit.jacobian[:, : len(state.base)]
+    trials = [glance(problem, parameters, (vector, bare.fit.starts), first, reuse) for vector in vectors]
     if effect.port is Port.SENSOR and state.nameplate is not None:
         # A sensor that lies grossly drags the recalibrated joint far away: start from the nameplate too.
         lied = write_start(state.nameplate, effect, effect.starts(ranges)[0], bare.present)
@@ -179,16 +175,34 @@ def scan_effect(problem: SimulationProblem, state: State, name: str, ranges: Ran
         # A law that replaces a fitted simpler one has to find that one's parameters again.
         again = [fit(problem, parameters, one.vector, one.starts, 6) for one in trials[:SCAN_KEEP]]
         trials = sorted(again, key=lambda trial: trial.loss)
-    if effect.chaotic:
-        # Windows have more starting states to fit: only the relative fall compares with the free run of other effects.
-        same = fit(problem, state.fit.parameters, state.fit.vector, starts, 2)
-        trials = [replace(one, loss=one.loss * state.fit.loss / same.loss) for one in trials]
     return [
         replace(bare, added=(*bare.added, name), fit=trial, nameplate=None) for trial in trials[:SCAN_KEEP]
     ]
 
 
-def _starting_vectors(state: State, bare: State, effect: Effect, ranges: Ranges) -> list[FloatArray]:
+def plate_vectors(state: State, bare: State, effect: Effect, ranges: Ranges) -> list[FloatArray]:
+    """Return where the fit of an effect starts at the nameplate, none once effects were added."""
+    if state.nameplate is None:
+        return []
+    return [write_start(state.nameplate, effect, start, bare.present) for start in effect.starts(ranges)]
+
+
+def nearest_vectors(problem: SimulationProblem, vectors: Sequence[FloatArray], at: Fit) -> list[FloatArray]:
+    """Return the vectors in the order in which their simulations, as they are, come near to the records."""
+    data = problem.measured()
+    losses = [misfit(problem, data, problem.prepare(vector), at.starts) for vector in vectors]
+    return [vectors[i] for i in np.argsort(losses)]
+
+
+def misfit(problem: SimulationProblem, data: FloatArray, vector: FloatArray, starts: Starts) -> float:
+    """Return the sum of squares that one simulation leaves; infinite if it runs away."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        residual = data - problem.flatten(problem.simulate(vector, starts))
+        loss = float(residual @ residual)
+    return loss if np.isfinite(loss) else np.inf
+
+
+def starting_vectors(state: State, bare: State, effect: Effect, ranges: Ranges) -> list[FloatArray]:
     """Return where the fit of an effect starts; numbers that it shares with one that makes way are kept."""
     kept = {p.slot for name in state.added if name in effect.contains for p in EFFECTS[name].parameters}
     kept &= {p.slot for p in effect.parameters}
@@ -205,26 +219,32 @@ def _starting_vectors(state: State, bare: State, effect: Effect, ranges: Ranges)
     return list(found.values())
 
 
-def eased(problem: SimulationProblem, effect: Effect) -> SimulationProblem:
-    """Return the problem cut into short windows for an effect whose free run is chaotic (multiple shooting)."""
-    if not effect.chaotic:
-        return problem
-    return replace(problem, series=tuple(cut_windows(one, CHAOTIC_WINDOW_S) for one in problem.series))
-
-
 def polish(problem: SimulationProblem, scanned: Sequence[State], ranges: Ranges) -> State:
     """Fit the scanned starts of one effect to the end, unless one is far behind, and return the best."""
     worth = [one for one in scanned if one.fit.loss <= RIVAL_START * scanned[0].fit.loss]
-    effect = EFFECTS[scanned[0].added[-1]]
-    if not effect.chaotic:
-        return min((refit(problem, one, ranges) for one in worth), key=lambda one: one.fit.loss)
-    windows = eased(problem, effect)
-    begun = [_restarted(one, windows) for one in worth]
-    best = min(
-        (refit(windows, one, ranges, CHAOTIC_ITERATIONS) for one in begun), key=lambda one: one.fit.loss
-    )
-    return refit(problem, _restarted(best, problem), ranges, 4)
+    best = min((refit(problem, one, ranges) for one in worth), key=lambda one: one.fit.loss)
+    return with_unseen_parts(problem, best, ranges)
 
 
-def _restarted(state: State, problem: SimulationProblem) -> State:
-    return replace(state, fit=replace(state.fit, starts=problem.initial_starts()))
+def with_unseen_parts(problem: SimulationProblem, state: State, ranges: Ranges) -> State:
+    """Return the state with the newest effect's parameters that no output shows put back to where they started.
+
+    A stop that a step has put out of reach has no slope that could lead it back.
+    """
+    effect = EFFECTS[state.added[-1]]
+    slopes = np.linalg.norm(state.fit.jacobian, axis=0)
+    unseen = {
+        p.slot: p.name
+        for p, slope in zip(state.fit.parameters, slopes, strict=True)
+        if p.owner == effect.id and slope <= _UNSEEN * slopes.max()
+    }
+    vectors = []
+    for slot, name in unseen.items():
+        for value in sorted({one[name] for one in effect.starts(ranges) if name in one}):
+            vectors.append(state.fit.vector.copy())
+            vectors[-1][slot] = value
+    trials = []
+    for vector in nearest_vectors(problem, vectors, state.fit)[:SCAN_KEEP]:
+        begun = replace(state, fit=replace(state.fit, vector=vector))
+        trials.append(refit(problem, begun, ranges))
+    return min((state, *trials), key=lambda one: one.fit.loss)

@@ -77,8 +77,9 @@ def test_what_the_balance_tried_holds_no_winner_to_design_an_experiment_from() -
     won = Contender(name="load_torque_offset", state=PREPARED.state, white_loss=1.0)
     lost = Contender(name="quadratic_drag", state=PREPARED.state, white_loss=2.0)
     one = Round(
-        before=PREPARED.state, contenders=(won, lost), winner=won, equivalents=(), problem=PREPARED.problem
-    )
+        start=PREPARED.state, before=PREPARED.state, contenders=(won, lost), winner=won, equivalents=(),
+        problem=PREPARED.problem,
+    )  # fmt: skip
     balance = replace(outcome_of(*TRUTH), rounds=(one,))
     chosen = choose_names(outcome_of("quadratic_drag", "torque_ripple"), balance, WHOLE)
     assert [(r.winner, [c.name for c in r.contenders]) for r in chosen.rounds] == [(None, ["quadratic_drag"])]

@@ -21,7 +21,7 @@ def contender(name: str, fall: float, closed: float) -> Contender:
 
 def judged(contenders: tuple[Contender, ...], winner: Contender | None) -> Round:
     return Round(
-        before=NO_STATE, contenders=contenders, winner=winner, equivalents=(),
+        start=NO_STATE, before=NO_STATE, contenders=contenders, winner=winner, equivalents=(),
         problem=None,  # type: ignore[arg-type]  # not looked at
     )  # fmt: skip
 

@@ -145,7 +145,8 @@ def _simulate(
                     current, seen, filtered, load = limit_current(p, at_start), q, w, w
                     if springs is not None:
                         springs[:] = 0.0
-                    twist = 0.5 * p[s.GAP] * (1.0 if current > 0.0 else -1.0)
+                    side = 1.0 if current > 0.0 else -1.0
+                    twist = 0.5 * p[s.GAP] * (starts[window, 2] if starts.shape[1] > 2 else side)
                 window += 1
         if lag == 0.0:
             at_sample, j = interpolate(t, u, t[k] - shift, j, hold)
