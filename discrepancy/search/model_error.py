@@ -74,7 +74,7 @@ def settle(problem: SimulationProblem, at: Fit) -> Settled:
 
 def _edge(problem: SimulationProblem, at: Fit) -> int:
     """Return how many samples at either end of a record are left out."""
-    reach = int(REACH * float(at.vector[s.OUTPUT_SMOOTHING]) / problem.series[0].step) + _WHITENER
+    reach = int(REACH * float(at.vector[s.OUTPUT_SMOOTHING]) / problem.series[0].step) + 1 + _WHITENER
     return min(reach, min(one.n for one in problem.series) // 8)
 
 
