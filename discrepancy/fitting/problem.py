@@ -67,6 +67,8 @@ class SimulationProblem:
     noise: Noise
     longest_step: float = 8e-3
     step_angle: float = STEP_ANGLE
+    edge: int = 0
+    """Samples at either end of a record that are left out once whitened."""
 
     @property
     def counted(self) -> float:
@@ -106,8 +108,15 @@ class SimulationProblem:
             for channel in one.channels:
                 scaled = output[channel.row] * channel.weight / self.noise.sigma[channel.name]
                 whitener = self.noise.whitener.get(channel.name)
-                parts.append(scaled if whitener is None else np.asarray(lfilter(whitener, [1.0], scaled)))
+                parts.append(scaled if whitener is None else self._whitened(scaled, whitener))
         return np.concatenate(parts)
+
+    def _whitened(self, values: FloatArray, whitener: FloatArray) -> FloatArray:
+        filtered = np.asarray(lfilter(whitener, [1.0], values))
+        if self.edge:
+            filtered[: self.edge] = 0.0
+            filtered[-self.edge :] = 0.0
+        return filtered
 
     def measured(self) -> FloatArray:
         """Return the measured outputs in the shape of `flatten`."""

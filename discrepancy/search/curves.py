@@ -85,7 +85,7 @@ def judge_curves(bench: Bench, names: Mapping[str, str]) -> list[Curve]:
     rows = {channel.row for channel in problem.series[0].channels}
     found = []
     for key, port, driver in _DRIVERS:
-        if key not in signals[0] or (port is Port.CURRENT and key == "input" and CURRENT not in rows):
+        if key not in signals[0] or not _is_shown(port, key, rows):
             continue
         counts = (KNOTS,) if key in _UNDIVIDED else (KNOTS, FEW_KNOTS)
         axes = [_Axis(key=key, port=port, driver=names.get(driver, driver), knots=count) for count in counts]
@@ -96,6 +96,11 @@ def judge_curves(bench: Bench, names: Mapping[str, str]) -> list[Curve]:
     return sorted(found, key=lambda c: (c.judged.fall <= 0.0, -float(np.linalg.norm(c.judged.closed))))
 
 
+def _is_shown(port: Port, key: str, rows: set[int]) -> bool:
+    """Return whether the outputs show this curve: one of the current over its reference takes a measured current."""
+    return port is not Port.CURRENT or key != "input" or CURRENT in rows
+
+
 def _judge_curve(bench: Bench, motion: _Motion, axis: _Axis) -> Curve | None:
     """Judge one curve; None where the outputs do not show it."""
     state, problem = bench.state, bench.problem
@@ -104,10 +109,10 @@ def _judge_curve(bench: Bench, motion: _Motion, axis: _Axis) -> Curve | None:
         _responses(one, out, part, (axis.port, axis.key, state.fit.vector))
         for one, out, part in zip(problem.series, motion.outputs, parts, strict=True)
     ]
-    white = motion.white.project(_flat(problem, responses))
+    white = motion.white.project(flat_columns(problem, responses))
     if not np.any(white):
         return None
-    sharp = motion.sharp.project(_flat(bench.sharp_problem, responses))
+    sharp = motion.sharp.project(flat_columns(bench.sharp_problem, responses))
     judged = bench.judge(sharp, white)
     shape = _shape(knots, white, state.fit)
     if axis.key == "uneven":
@@ -136,6 +141,35 @@ _DRIVERS = (
     ("speed", Port.SENSOR, "speed"),
     ("position", Port.SENSOR, "position"),
 )
+
+
+def law_responses(
+    problem: SimulationProblem, vector: FloatArray, outputs: list[FloatArray]
+) -> list[list[dict[int, FloatArray]]]:
+    """Return how free curves over each variable move the outputs, for each variable record by record.
+
+    Args:
+        problem: the records.
+        vector: the model beside which the curves act.
+        outputs: what it simulates.
+
+    Returns:
+        For each variable and record the outputs' change by row, shape (n, k) for k heights of its curve.
+    """
+    signals = [_signals(one, out) for one, out in zip(problem.series, outputs, strict=True)]
+    rows = {channel.row for channel in problem.series[0].channels}
+    found = []
+    for key, port, _ in _DRIVERS:
+        if key not in signals[0] or key == "uneven" or not _is_shown(port, key, rows):
+            continue
+        _, parts = _parts(key, signals, KNOTS)
+        found.append(
+            [
+                _responses(one, out, part, (port, key, vector))
+                for one, out, part in zip(problem.series, outputs, parts, strict=True)
+            ]
+        )
+    return found
 
 
 def called(place: Place, names: Mapping[str, str]) -> set[str]:
@@ -230,7 +264,7 @@ def _speed_response(one: Series, speed: FloatArray, torque: FloatArray, vector: 
     return found
 
 
-def _flat(problem: SimulationProblem, responses: list[dict[int, FloatArray]]) -> FloatArray:
+def flat_columns(problem: SimulationProblem, responses: list[dict[int, FloatArray]]) -> FloatArray:
     """Weight and whiten responses as the residual was, shape (N, k)."""
     columns = []
     for k in range(next(iter(responses[0].values())).shape[1]):

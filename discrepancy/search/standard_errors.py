@@ -3,10 +3,13 @@
 Noise: block sandwich, which holds for coloured noise too (W. K. Newey, K. D. West, Econometrica 55, 1987, with blocks
 in place of lags). What the making of the recording leaves open (timing of the input, smoothing of the speed) enters
 with the range that it can have: without it a delay would seem as well known as the sum of both. The instant within a
-sample at which an output is read is nobody's parameter; what it would move adds as a rectangular error. Form: by how
-much the values move when the frequencies are weighted by the noise instead of equally (J. A. Hausman, Econometrica 46,
-1978: two estimators that agree where the model is right), and how far they lie from those of other forms of the same
-law (an exponent, for example) that fit about as well (S. T. Buckland et al., Biometrics 53, 1997).
+sample at which an output is read is nobody's parameter, nor is the formula by which a program realises a lag: what
+these would move adds as a rectangular error. Form: by how much the values move when the frequencies are weighted by
+the noise instead of equally (J. A. Hausman, Econometrica 46, 1978: two estimators that agree where the model is right),
+what free curves beside the laws would do that the noise leaves open (`model_error`), and how far the values lie from
+those of other forms of the same law (an exponent, for example) that fit about as well (S. T. Buckland et al.,
+Biometrics 53, 1997). Of a chaotic motion none of this can be linearised: there the estimates of stretches tell
+(`stretches`).
 """
 
 from collections.abc import Collection
@@ -15,13 +18,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from discrepancy.effects.spec import Ranges
+from discrepancy.effects.spec import Kind, Port, Ranges
+from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.levenberg import Fit, start_projector
-from discrepancy.fitting.parameters import TIMING
+from discrepancy.fitting.parameters import TIMING, FitParameter
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.search.bench import Bench
 from discrepancy.search.judge import BLOCK_S
-from discrepancy.search.state import fitted_forms
+from discrepancy.search.model_error import law_variances, settle
+from discrepancy.search.state import CHAOTIC_WINDOW_S, fitted_forms
+from discrepancy.search.stretches import stretch_variances
+from discrepancy.simulation import slots as s
 
 FloatArray = NDArray[np.float64]
 
@@ -71,10 +78,46 @@ def standard_errors(problem: SimulationProblem, fit: Fit, rest: tuple[Bench | No
     """
     squares = np.maximum(0.0, np.diag(robust_covariance(problem, fit)))
     bench, ranges = rest
-    if bench is not None and squares.size:
-        moved = bench.sharp.values - bench.state.fit.values
-        squares = squares + moved**2 + _reading_instants(problem, fit) + form_variances(bench, ranges)
-    return np.asarray(np.sqrt(squares))
+    if bench is None or not squares.size:
+        return np.asarray(np.sqrt(squares))
+    if bench.state.is_chaotic:
+        squares = squares + stretch_variances(problem, fit, CHAOTIC_WINDOW_S)
+    else:
+        squares = squares + _form_errors(problem, fit) + form_variances(bench, ranges)
+    return np.asarray(np.sqrt(squares + _reading_instants(problem, fit) + _realisations(problem, fit)))
+
+
+def _form_errors(problem: SimulationProblem, fit: Fit) -> FloatArray:
+    """Return what an error of the laws' form may move the fitted values by, squared, shape (p,).
+
+    Two parts: how far they move towards the estimate that weights frequencies by the noise, and what curves over each
+    variable that this noise leaves open would do.
+    """
+    settled = settle(problem, fit)
+    known = np.diag(_known_before(fit))
+    J, sharp = fit.jacobian, settled.fit.jacobian
+    inverse = _inverse(J.T @ J + known * fit.loss / max(1, fit.residual.size - J.shape[1]))
+    step = _inverse(sharp.T @ sharp + known * settled.unit) @ (sharp.T @ settled.fit.residual)
+    laws = law_variances(problem, fit, settled, inverse)
+    return np.asarray((step**2 + laws) * _slopes(fit) ** 2)
+
+
+def _realisations(problem: SimulationProblem, fit: Fit) -> FloatArray:
+    """Return the variances of time constants that a program may realise, SI units, shape (p,).
+
+    A filter of the time constant T in steps of h acts as one of T - h/2 by the forward difference, of T by the exact
+    hold and of T + h/2 by the backward difference (to first order): nothing in a recording says which one was meant.
+    A delay needs no formula, and how the input is timed is a parameter of its own.
+    """
+    step = problem.series[0].original_step
+    return np.array([step**2 / 12.0 if _is_realised(q) else 0.0 for q in fit.parameters])
+
+
+def _is_realised(parameter: FitParameter) -> bool:
+    effect = EFFECTS.get(parameter.owner)
+    if effect is None or effect.port is Port.TORQUE or parameter.slot == s.DELAY:
+        return False
+    return any(p.name == parameter.name and p.kind is Kind.TIME for p in effect.parameters)
 
 
 def form_variances(bench: Bench, ranges: Ranges) -> FloatArray:

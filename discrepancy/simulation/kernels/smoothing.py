@@ -16,7 +16,7 @@ FloatArray = NDArray[np.float64]
 
 _HIGHEST = 0.4
 """A corner beyond this part of the sampling frequency takes nothing away that the samples could show."""
-_REACH = 6.0
+REACH = 6.0
 """The ends are extended by so many time constants."""
 
 
@@ -72,7 +72,7 @@ def smooth_speed(
                 b = -windows[later] - 1
                 break
         size = b - a
-        more = min(size - 1, int(_REACH * time_constant / step) + 1)
+        more = min(size - 1, int(REACH * time_constant / step) + 1)
         if size < 3:
             continue
         # Odd reflection about the end points keeps value and slope.

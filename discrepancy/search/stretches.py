@@ -1,0 +1,59 @@
+"""How well a chaotic motion determines a model: fits to stretches of the records, each alone.
+
+The loss of a chaotic motion has many hollows, and which one a fit ends in is decided by single contacts. The curvature
+of that hollow says nothing about the others, and more data do not average them out. So the same fit is made on every
+stretch alone, from the common estimate, and how far these estimates lie from it is its error: not divided by the
+root of their number, as independent estimates without a common bias would allow.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discrepancy.data.series import Series, cut_windows, with_starts
+from discrepancy.fitting.levenberg import Fit, fit
+from discrepancy.fitting.problem import SimulationProblem
+
+FloatArray = NDArray[np.float64]
+
+_STRETCH_S = 5.0
+_LEAST, _MOST = 4, 8
+_ITERATIONS = 6
+
+
+def stretch_variances(problem: SimulationProblem, at: Fit, window_s: float) -> FloatArray:
+    """Return the mean squared distance of the stretches' estimates from the common one, SI units, shape (p,).
+
+    Args:
+        problem: the records.
+        at: the common estimate.
+        window_s: windows in which the motion can be followed, s.
+    """
+    duration = sum(one.n * one.step for one in problem.series)
+    count = int(np.clip(round(duration / _STRETCH_S), _LEAST, _MOST))
+    total = np.zeros(len(at.parameters))
+    parts = [part for one in problem.series for part in _parts(one, max(1, count // len(problem.series)))]
+    for part in parts:
+        alone = replace(problem, series=(cut_windows(part, window_s),))
+        found = fit(alone, at.parameters, at.vector, alone.initial_starts(), _ITERATIONS)
+        total += (found.values - at.values) ** 2
+    return total / len(parts)
+
+
+def _parts(one: Series, count: int) -> list[Series]:
+    """Return a record in consecutive parts of equal length."""
+    edges = np.linspace(0, one.n, count + 1).astype(int)
+    return [_rows(one, int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+
+
+def _rows(one: Series, a: int, b: int) -> Series:
+    channels = tuple(replace(c, values=c.values[a:b], weight=c.weight[a:b]) for c in one.channels)
+    fresh = [-int(-k - 1 - a) - 1 for k in one.windows if k < 0 and a < -k - 1 < b]
+    return with_starts(
+        replace(
+            one, time_s=one.time_s[a:b], input=one.input[a:b], channels=channels,
+            angle=one.angle[a:b] if one.angle.size else one.angle,
+            windows=np.array([-1, *fresh], dtype=np.int64),
+        )
+    )  # fmt: skip
