@@ -48,7 +48,7 @@ from server.services.loading import load_rig
 from server.services.rehearsal import design_limits
 
 ROOT = Path(__file__).parents[1]
-FIRST_SEED = 34_000_000
+FIRST_SEED = 35_000_000
 SEEDS = 3
 EFFECTS = {
     "stribeck_friction": 0.3,
@@ -66,7 +66,7 @@ SESSION_SHARE = 0.625
 LOGGED = 10
 """Ticks of 0.4 ms that one recorded sample averages: a third of the processor time of full rate."""
 BUDGET_S = 80.0
-RECORDS = 4
+RECORDS = 6
 UNASKED_S = 5.0
 CERTAIN = 0.05
 BOOTSTRAP = 2000

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discrepancy.design.excitations import RAMP_S, Candidate, candidate_excitations, variations
-from discrepancy.design.information import errors_left, growth_of, left_apart
+from discrepancy.design.information import errors_left, growth_of, known_before, left_apart
 from discrepancy.design.limits import Excitation
 from discrepancy.design.prediction import Stage, beside, blank_series, predict, refitted_distance
 from discrepancy.design.question import Question
@@ -131,7 +131,9 @@ def _look(stage: Stage, question: Question, candidate: Candidate, length: float)
         for i, rival in enumerate(others)
     ]
     if question.wanted:
-        left = errors_left(first.fit.normal(), growth_of(beside(stage, predicted, first), channels, rows))
+        left = errors_left(
+            known_before(first.fit), growth_of(beside(stage, predicted, first), channels, rows)
+        )
         shares += [one.share(left[:, one.index]) for one in question.wanted]
     return Outlook(candidate=candidate, lengths=kept, shares=np.stack(shares, axis=1))
 
@@ -205,9 +207,9 @@ def _fitted(
     if question.wanted:
         rows = np.array([predicted.n], dtype=np.float64)
         grown = growth_of(beside(stage, predicted, first), len(predicted.channels), rows)
-        left = errors_left(first.fit.normal(), grown)[0]
+        left = errors_left(known_before(first.fit), grown)[0]
         shares += [float(one.share(left[one.index])) for one in question.wanted]
-        errors = [one.error * float(left[one.index]) for one in question.wanted]
+        errors = [one.known * float(left[one.index]) for one in question.wanted]
     worth = float(np.mean(np.minimum(1.0, np.array(shares)[items])))
     return Proposal(
         excitation=candidate.excitation, duration_s=length, worth=worth, distances=far, errors=tuple(errors)
