@@ -10,8 +10,8 @@ wave's two parts: of its amplitude). An answer that is not certain and proposes 
 random record of 5 s. An arm that has not ended after BUDGET_S, or after RECORDS records, is stopped and counts with the
 time that it has spent.
 
-The seeds stand here since before anything was run on them; those from 31,000,000, 33,000,000 and
-41,000,000 are spent, and of those from 34,000,000 the first seven.
+The seeds stand here since before anything was run on them; those from 31,000,000, 33,000,000 and 41,000,000 are spent, and
+of those from 34,000,000 the first seven. Those from 39,000,000 are for developing.
 Finished cases are kept in OUT and skipped by the next call.
 
 Run: python -m benchmarks.designed_experiments OUT [SECONDS [FIRST_SEED]]   (SECONDS of CPU after which no further case
@@ -66,7 +66,7 @@ SESSION_SHARE = 0.625
 LOGGED = 10
 """Ticks of 0.4 ms that one recorded sample averages: a third of the processor time of full rate."""
 BUDGET_S = 80.0
-RECORDS = 6
+RECORDS = 4
 UNASKED_S = 5.0
 CERTAIN = 0.05
 BOOTSTRAP = 2000

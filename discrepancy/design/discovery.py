@@ -28,6 +28,7 @@ from discrepancy.design.proposal import (
     Outlook,
     Proposal,
     durations,
+    ranked,
 )
 from discrepancy.effects.spec import Ranges
 from discrepancy.fitting.levenberg import start_projector
@@ -41,8 +42,6 @@ FINER = 0.5
 """Effects are looked for at this part of the strength that would have been seen."""
 LONGEST_S = 20.0
 """A longer record shows more of everything, and there is always one more: this is what a first look is worth."""
-OVERHEAD_S = 5.0
-"""What a record costs beside its length: the joint is brought to its start, and the question asked again."""
 SHOWN = 0.8
 """An effect is listed if the strength from which it would show falls below this part of what it is now."""
 LEAST_SHOWN = 0.25
@@ -136,9 +135,9 @@ def discover(search: Search) -> Discovery | None:
     items = best >= ENOUGH
     if np.mean(items) < LEAST_SHOWN:
         return None
-    leaders = [one for one, _ in _ranked(outlooks, items)[:VARIED]]
+    leaders = [one for one, _ in ranked(outlooks, items)[:VARIED]]
     more = [near for one in leaders for near in variations(one.candidate, stage.limits)]
-    for outlook, k in _ranked([*outlooks, *_looked(search, stage, more)], items):
+    for outlook, k in ranked([*outlooks, *_looked(search, stage, more)], items):
         length = float(outlook.lengths[k])
         if stage.limits.allows({**outlook.candidate.excitation, "ramp_s": RAMP_S}, length):
             return _discovery(search, outlook, k)
@@ -194,16 +193,6 @@ def _needed(search: Search, one: Sought, rest: tuple[FloatArray, float]) -> Floa
     visible = np.maximum(options.material_noise, options.material_signal * signal)
     enough = options.alarm + options.per_parameter * one.hidden.free
     return np.asarray(np.maximum(enough, visible**2 * (old + new) * sight.bin_size))
-
-
-def _ranked(outlooks: Sequence[Outlook], items: NDArray[np.bool_]) -> list[tuple[Outlook, int]]:
-    """Return the candidates, each with the place of its best length, those that show most per second first."""
-    rated = []
-    for i, one in enumerate(outlooks):
-        rates = one.worths(items) / (one.lengths + OVERHEAD_S)
-        k = int(np.argmax(rates))
-        rated.append((-float(rates[k]), i, k))
-    return [(outlooks[i], k) for _, i, k in sorted(rated)]
 
 
 def _discovery(search: Search, outlook: Outlook, k: int) -> Discovery:
