@@ -50,7 +50,7 @@ def played(words: Words, duration_s: float, seed: int, level: float = 0.0) -> Re
     vector = s.neutral_vector()
     vector[s.INERTIA], vector[s.VISCOUS], vector[s.COULOMB] = 0.5, 0.9, level
     current = waveform({**words, "ramp_s": RAMP_S}, duration_s, STEP_S)
-    time = np.arange(current.size) * STEP_S
+    time = np.arange(current.size, dtype=np.float64) * STEP_S
     out = simulate_record(vector, time, current, np.empty(0), np.array([-1]), np.zeros((1, 2)))
     noise = np.random.default_rng(seed).normal(0.0, 0.01, current.size)
     columns = {"time_s": time, "current_A": current, "speed_rad_s": out[0] + noise, "position_rad": out[1]}
