@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from discrepancy.design.detectable import detectable_effects
 from discrepancy.design.limits import RigLimits
 from discrepancy.effects.spec import Port
 from discrepancy.effects.table import EFFECTS
@@ -12,7 +13,6 @@ from discrepancy.evaluate import Curve, Scorer, score_curves
 from discrepancy.fitting.parameters import BASE, NUISANCES
 from discrepancy.locate import Place
 from discrepancy.model.schema import BASE_SLOTS, EffectTerm, JointModel, Quantity
-from discrepancy.report.detectable import detectable_effects
 from discrepancy.report.law import LawMaker
 from discrepancy.report.pictures import Detectable, Pictures
 from discrepancy.report.spectra import noise_spectra

@@ -87,9 +87,27 @@ def left_apart(prior: FloatArray, grown: Growth) -> FloatArray:
 
 def errors_left(prior: FloatArray, grown: Growth) -> FloatArray:
     """Return what is left of each parameter's standard error as a part of the present one, shape (K, p)."""
-    scale = np.sqrt(np.diag(prior)) + 1e-9
-    ridge = _CONDITION * np.eye(len(prior))
-    before = np.linalg.inv(prior / np.outer(scale, scale) + ridge)
-    after = np.linalg.inv((prior + grown.normal) / np.outer(scale, scale) + ridge)
-    kept = np.einsum("kii->ki", after) / np.diag(before)
+    kept = _variances(prior + grown.normal) / _variances(prior[None])
     return np.asarray(np.sqrt(np.clip(kept, 0.0, 1.0)))
+
+
+def known_before(done: Fit) -> FloatArray:
+    """Return what the records so far tell of a model's parameters, shape (p, p), scaled coordinates.
+
+    Of how a recording was made the range is known too: without it, a record that cannot tell a delay from the timing of
+    its input would seem to.
+    """
+    unit = done.loss / max(1, done.residual.size - len(done.parameters))
+    ranges = [q.known_before(float(done.vector[q.slot])) * unit for q in done.parameters]
+    return np.asarray(done.normal() + np.diag(ranges))
+
+
+def _variances(normal: FloatArray) -> FloatArray:
+    """Return the diagonals of the inverses, shape (K, p), of information matrices, shape (K, p, p).
+
+    Each is scaled by its own diagonal: a record may tell 1e18 times more about a parameter than the records before it.
+    """
+    scale = np.sqrt(np.einsum("kii->ki", normal)) + 1e-9
+    ridge = _CONDITION * np.eye(normal.shape[-1])
+    inverse = np.linalg.inv(normal / (scale[:, :, None] * scale[:, None, :]) + ridge)
+    return np.asarray(np.einsum("kii->ki", inverse) / scale**2)

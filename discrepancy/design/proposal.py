@@ -1,8 +1,10 @@
 """Choose the experiment that settles a question in the least rig time.
 
 Every candidate is simulated once; information grows along the record, so that one look gives what it would settle for
-each length. The candidates that are predicted to settle the question soonest are varied (amplitude, pace), and the best
-of all are looked at again with rivals that are really fitted, to the old records and the new one.
+each length. The candidates that are predicted to settle most of the question per second are varied (amplitude, pace),
+and the best of all are looked at again with rivals that are really fitted, to the old records and the new one. What a
+record costs beside its length counts too: a question that one record settles is not cut into many. One that would take
+long is: what the first record tells changes what is left to ask.
 
 A pair of rivals counts as separated when its predicted distance reaches what the search asks for before it stops to
 call them equivalent; a parameter counts as measured when its predicted error reaches the goal. A candidate's worth is
@@ -18,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discrepancy.design.excitations import RAMP_S, Candidate, candidate_excitations, variations
-from discrepancy.design.information import errors_left, growth_of, left_apart
+from discrepancy.design.information import errors_left, growth_of, known_before, left_apart
 from discrepancy.design.limits import Excitation
 from discrepancy.design.prediction import Stage, beside, blank_series, predict, refitted_distance
 from discrepancy.design.question import Question
@@ -31,6 +33,8 @@ FloatArray = NDArray[np.float64]
 SCREEN_S = 10.0
 SLOW_SCREEN_S = 40.0
 DURATIONS_S = (2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 20.0, 28.0, 40.0, 56.0, 80.0)
+OVERHEAD_S = 5.0
+"""What a record costs beside its length: the joint is brought to its start, and the question asked again."""
 VARIED = 3
 """Candidates whose neighbours are looked at."""
 REFITTED = 3
@@ -58,6 +62,11 @@ class Proposal:
     worth: float
     distances: tuple[float, ...] = ()
     errors: tuple[float, ...] = ()
+
+    @property
+    def rate(self) -> float:
+        """Return what it settles for what it costs, 1/s."""
+        return self.worth / (self.duration_s + OVERHEAD_S)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,9 +116,9 @@ def propose(stage: Stage, question: Question) -> Proposal | None:
     items = best >= LEAST_WORTH
     if not items.any():
         return None
-    leaders = [one for one, _ in _ranked(outlooks, items)[:VARIED]]
+    leaders = [one for one, _ in ranked(outlooks, items)[:VARIED]]
     outlooks += glance([more for one in leaders for more in variations(one.candidate, stage.limits)])
-    return _confirmed(stage, question, _ranked(outlooks, items), items)
+    return _confirmed(stage, question, ranked(outlooks, items), items)
 
 
 def _look(stage: Stage, question: Question, candidate: Candidate, length: float) -> Outlook | None:
@@ -131,49 +140,50 @@ def _look(stage: Stage, question: Question, candidate: Candidate, length: float)
         for i, rival in enumerate(others)
     ]
     if question.wanted:
-        left = errors_left(first.fit.normal(), growth_of(beside(stage, predicted, first), channels, rows))
+        left = errors_left(
+            known_before(first.fit), growth_of(beside(stage, predicted, first), channels, rows)
+        )
         shares += [one.share(left[:, one.index]) for one in question.wanted]
     return Outlook(candidate=candidate, lengths=kept, shares=np.stack(shares, axis=1))
 
 
-def _ranked(outlooks: Sequence[Outlook], items: NDArray[np.bool_]) -> list[tuple[Outlook, float]]:
-    """Return the candidates with the length each needs, those that reach what any can reach soonest first."""
-    target = ENOUGH * max(float(one.worths(items).max()) for one in outlooks)
-    timed: list[tuple[float, float, int]] = []
+def ranked(outlooks: Sequence[Outlook], items: NDArray[np.bool_]) -> list[tuple[Outlook, int]]:
+    """Return the candidates, each with the place of its best length, those that settle most per second first."""
+    rated: list[tuple[float, float, int, int]] = []
     for i, one in enumerate(outlooks):
-        enough = np.flatnonzero(one.worths(items) >= target)
-        if enough.size:
-            k = int(enough[0])
-            timed.append((float(one.lengths[k]), -float(np.min(one.shares[k, items])), i))
-    return [(outlooks[i], duration) for duration, _, i in sorted(timed)]
+        rates = one.worths(items) / (one.lengths + OVERHEAD_S)
+        k = int(np.argmax(rates))
+        rated.append((-float(rates[k]), -float(np.min(one.shares[k, items])), i, k))
+    return [(outlooks[i], k) for _, _, i, k in sorted(rated)]
 
 
 def _confirmed(
     stage: Stage,
     question: Question,
-    ranked: Sequence[tuple[Outlook, float]],
+    best_first: Sequence[tuple[Outlook, int]],
     items: NDArray[np.bool_],
 ) -> Proposal | None:
-    """Look again at the best candidates that the rig takes, with rivals that are fitted; return the shortest."""
+    """Look again at the best candidates that the rig takes, with rivals that are fitted; return the best of them."""
     found: list[Proposal] = []
-    for outlook, duration in ranked:
+    for outlook, k in best_first:
         if len(found) == REFITTED:
             break
-        if stage.limits.allows(_faded(outlook.candidate.excitation), duration):
-            proposal = _settling(stage, question, (outlook.candidate, duration), items)
+        if stage.limits.allows(_faded(outlook.candidate.excitation), float(outlook.lengths[k])):
+            proposal = _settling(stage, question, (outlook, k), items)
             found += [] if proposal is None else [proposal]
     most = max((one.worth for one in found), default=0.0)
     if most < LEAST_WORTH:
         return None
-    enough = [one for one in found if one.worth >= ENOUGH * most]
-    return min(enough, key=lambda one: (one.duration_s, -one.worth, -sum(one.distances)))
+    return max(found, key=lambda one: (one.rate, one.worth, sum(one.distances)))
 
 
 def _settling(
-    stage: Stage, question: Question, start: tuple[Candidate, float], items: NDArray[np.bool_]
+    stage: Stage, question: Question, start: tuple[Outlook, int], items: NDArray[np.bool_]
 ) -> Proposal | None:
     """Return a candidate at the first length at which the refit confirms it, or at the longest that was tried."""
-    candidate, duration = start
+    outlook, k = start
+    candidate, duration = outlook.candidate, float(outlook.lengths[k])
+    promised = float(outlook.worths(items)[k])
     best = None
     longer = [one for one in durations(stage) if one > duration][:LENGTHENED]
     for length in (duration, *longer):
@@ -183,7 +193,7 @@ def _settling(
         if proposal is None:
             break
         best = proposal
-        if best.worth >= ENOUGH:
+        if best.worth >= ENOUGH * promised:
             break
     return best
 
@@ -205,9 +215,9 @@ def _fitted(
     if question.wanted:
         rows = np.array([predicted.n], dtype=np.float64)
         grown = growth_of(beside(stage, predicted, first), len(predicted.channels), rows)
-        left = errors_left(first.fit.normal(), grown)[0]
+        left = errors_left(known_before(first.fit), grown)[0]
         shares += [float(one.share(left[one.index])) for one in question.wanted]
-        errors = [one.error * float(left[one.index]) for one in question.wanted]
+        errors = [one.known * float(left[one.index]) for one in question.wanted]
     worth = float(np.mean(np.minimum(1.0, np.array(shares)[items])))
     return Proposal(
         excitation=candidate.excitation, duration_s=length, worth=worth, distances=far, errors=tuple(errors)

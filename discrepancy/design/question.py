@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discrepancy.effects.table import EFFECTS
 from discrepancy.model.schema import Quantity
 from discrepancy.search.state import State
 
@@ -31,13 +30,11 @@ class Wanted:
     Attributes:
         index: its place among the fitted parameters of the first rival.
         known: relative standard error as the answer gives it.
-        error: what of it more data takes away, the base of the prediction (see `wanted_of`).
-        goal: wanted relative standard error, less than `error`.
+        goal: wanted relative standard error, less than `known`.
     """
 
     index: int
     known: float
-    error: float
     goal: float
 
     def share(self, left: FloatArray) -> FloatArray:
@@ -46,7 +43,7 @@ class Wanted:
         Args:
             left: standard error over the present one, any shape.
         """
-        return np.asarray(-np.log(np.maximum(left, 1e-9)) / math.log(self.error / self.goal))
+        return np.asarray(-np.log(np.maximum(left, 1e-9)) / math.log(self.known / self.goal))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,8 +95,8 @@ def wanted_of(
     """Return which parameters of an effect are known too poorly.
 
     The error that an answer gives holds more than noise: a sandwich over few blocks, and how far two weightings are
-    apart. Both shrink faster than a record grows. What is predicted is the plain standard error; where that alone would
-    do already, the record only has to make up the difference.
+    apart. How much more it is than the plain one (the ratio of misfit) is taken to stay as it is when records are
+    added: what is predicted is the answer's error times what is left of the plain one.
 
     Args:
         state: the fitted model.
@@ -108,23 +105,11 @@ def wanted_of(
         limits: the largest that will do, and the one to aim at.
     """
     poor, goal = limits
-    plain = plain_errors(state, owner)
     return tuple(
-        Wanted(index=i, known=errors[p.name], error=min(errors[p.name], max(plain[p.name], poor)), goal=goal)
+        Wanted(index=i, known=errors[p.name], goal=goal)
         for i, p in enumerate(state.fit.parameters)
         if p.owner == owner and errors.get(p.name, 0.0) > poor and not at_bound(state, i)
     )
-
-
-def plain_errors(state: State, owner: str) -> dict[str, float]:
-    """Return the relative standard errors of an effect's parameters in white noise."""
-    found = {
-        p.name: math.sqrt(max(0.0, float(variance)))
-        for p, variance in zip(state.fit.parameters, np.diag(state.fit.covariance()), strict=True)
-        if p.owner == owner
-    }
-    values = {p.name: float(state.fit.vector[p.slot]) for p in EFFECTS[owner].parameters}
-    return relative_errors(values, found)
 
 
 def at_bound(state: State, index: int) -> bool:

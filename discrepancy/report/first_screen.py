@@ -96,6 +96,8 @@ def _next(result: GapResult) -> str:
         place = result.unknown
         driver = "the motion" if place is None else f"the {quantity_name(place.driver)}"
         return f"No proposal. A record that varies {escape(driver)} slowly, alone, shows the shape best."
+    if result.verdict == "none":
+        return "No record within these limits would show much weaker effects than the records so far do."
     return "Nothing is open that another experiment would settle."
 
 

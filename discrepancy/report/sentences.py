@@ -188,7 +188,12 @@ def experiment_words(result: GapResult) -> str | None:
     excitation = plan["excitation"]
     settings = ", ".join(_setting(k, v) for k, v in excitation.items() if k != "kind")
     names = [called(name) for name in plan.get("separates", ())]
-    aim = f"to tell {join_words(names, 'from')} apart" if len(names) > 1 else f"to measure {''.join(names)}"
+    if "reveals" in plan:
+        aim = "to see weaker effects than these records show"
+    elif len(names) > 1:
+        aim = f"to tell {join_words(names, 'from')} apart"
+    else:
+        aim = f"to measure {''.join(names)}"
     return f"{excitation['kind']}, {settings}, for {plan['duration_s']:g} s, {aim}"
 
 

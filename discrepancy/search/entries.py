@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from discrepancy.design.discovery import Discovery
 from discrepancy.design.excitations import RAMP_S
 from discrepancy.design.proposal import Proposal
 
@@ -18,6 +19,16 @@ def proposed(why: str, separates: Sequence[str], proposal: Proposal) -> dict[str
         "excitation": {**proposal.excitation, "ramp_s": RAMP_S},
         "worth": round(proposal.worth, 3),
     }
+
+
+def revealing(why: str, found: Discovery) -> dict[str, Any]:
+    """Return the answer that a look for hidden effects gives, with the strength from which each would show."""
+    reveals = [
+        {"effect": one.id, "parameter": one.parameter, "unit": one.unit, "now": one.now, "then": one.then}
+        for one in found.reveals
+    ]
+    entry = proposed(why, [one.id for one in found.reveals], found.proposal)
+    return {**entry, "reveals": reveals}
 
 
 def others(measurements: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

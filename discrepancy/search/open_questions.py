@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from discrepancy.design.discovery import Discovery, discover, search_of
 from discrepancy.design.limits import RigLimits, limits_of_records
 from discrepancy.design.measurements import other_measurement
 from discrepancy.design.prediction import Stage
@@ -17,25 +18,24 @@ from discrepancy.design.question import (
     Rival,
     Wanted,
     known_errors,
-    relative_errors,
     wanted_of,
 )
 from discrepancy.effects.table import EFFECTS
-from discrepancy.fitting.parameters import NUISANCES
 from discrepancy.search.choice import Contender
-from discrepancy.search.entries import Entry, only_measurement, others, proposed
+from discrepancy.search.entries import Entry, only_measurement, others, proposed, revealing
 from discrepancy.search.greedy import Round
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.outputs import output_counts
 from discrepancy.search.same import Equivalent, exact_equivalents
-from discrepancy.search.standard_errors import form_variances, robust_covariance
 
 POOR_ERROR = 0.05
 """A parameter whose relative standard error is larger counts as poorly known."""
-GOOD_ERROR = 0.025
-"""What an experiment for a poorly known parameter aims at: half, since coloured noise leaves more than is predicted."""
+GOOD_ERROR = POOR_ERROR / math.sqrt(2.0)
+"""What an experiment for a poorly known parameter aims at: a standard error is itself an estimate."""
 MOST_RIVALS = 3
+MOST_TOLD = 3
+"""Effects that a reason names one by one."""
 LEAST = 0.05
 """Below this share of what is needed by every pair, a proposal does not tell rivals apart."""
 SAFETY = 2.0
@@ -74,16 +74,7 @@ class _Asker:
 
     def wanted(self, rival: Rival, owner: str) -> tuple[Wanted, ...]:
         """Return which parameters of an effect are known too poorly."""
-        # What only the making of the recordings leaves open no motion settles.
-        fit, bench = rival.state.fit, self.outcome.bench(rival.state)
-        squares = np.maximum(0.0, np.diag(robust_covariance(self.outcome.problem, fit, NUISANCES)))
-        if bench is not None:
-            squares += form_variances(bench, self.outcome.ranges)
-        errors = np.sqrt(squares)
-        own = {p.name: float(e) for p, e in zip(fit.parameters, errors, strict=True) if p.owner == owner}
-        values = {p.name: float(fit.vector[p.slot]) for p in EFFECTS[owner].parameters}
-        settled = {name for name, e in relative_errors(values, own).items() if e <= POOR_ERROR}
-        told = {name: e for name, e in self.errors.get(owner, {}).items() if name not in settled}
+        told = self.errors.get(owner, {})
         return wanted_of(rival.state, owner, told, (POOR_ERROR, GOOD_ERROR))
 
 
@@ -93,14 +84,15 @@ def next_question(
     """Return what to do next; None if nothing is open.
 
     Equivalents come first, then the nearest laws where the verdict is `unknown`,
-    then poorly known parameters, then richer laws that the data leave room for.
+    then poorly known parameters, then richer laws that the data leave room for. Where nothing is named, or nothing
+    that is named explains the rest, the question is what the records could hide.
 
     Args:
         outcome: the finished search.
         limits: of the rig; None takes what the records have shown safe.
         values: parameters of the last model with standard errors, by owner and name; None asks about none.
     """
-    if outcome.is_torque or outcome.verdict == "none":
+    if outcome.is_torque:
         return None
     limits = limits or limits_of_records(outcome.problem.series)
     asker = _Asker(outcome=outcome, limits=limits, errors=known_errors(values or {}))
@@ -111,7 +103,7 @@ def next_question(
         if entry is not None:
             return {**entry, **others(measurements)}
         measurements += _without_answer(question)
-    entry = _unnamed(asker) or _poor_parameters(asker) or _richer_law(asker)
+    entry = _unnamed(asker) or _poor_parameters(asker) or _richer_law(asker) or _hidden(asker)
     if entry is not None:
         return {**entry, **others(measurements)}
     return only_measurement(measurements)
@@ -284,3 +276,30 @@ def _richer_law(asker: _Asker) -> Entry | None:
             if entry is not None and entry["worth"] >= ENOUGH:
                 return entry
     return None
+
+
+def _hidden(asker: _Asker) -> Entry | None:
+    """Ask what the records could hide, where they have given no name to what is missing."""
+    outcome = asker.outcome
+    if outcome.verdict == "named":
+        return None
+    context, options = outcome.context, SearchOptions()
+    rest = outcome.ranges, options, float(np.mean(context.bin_size))
+    found = discover(search_of(asker.stage(None), outcome.steps[-1].state, rest, context.excluded))
+    return None if found is None else revealing(_could_hide(found, outcome.verdict), found)
+
+
+def _could_hide(found: Discovery, verdict: str) -> str:
+    """Return what the prediction says of the effects that gain most."""
+    told = [
+        f"{one.id} from a {one.parameter.replace('_', ' ')} of {abs(one.then):.2g} {one.unit} on "
+        f"(so far {abs(one.now):.2g})"
+        for one in found.reveals[:MOST_TOLD]
+    ]
+    more = len(found.reveals) - len(told)
+    rest = f", and {more} more" if more > 0 else ""
+    lead = {
+        "none": "an effect weaker than what these records show may still be hidden",
+        "unknown": "no effect of the catalogue explains what is left; weak effects beside it may be hidden",
+    }
+    return f"{lead[verdict]}; this record would show {', '.join(told)}{rest}"

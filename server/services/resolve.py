@@ -5,12 +5,13 @@ inside its record. Each round has a folder of its own below the answer's, where 
 """
 
 import json
+import math
 import shutil
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from server.errors import CampaignStoppedError, InputError, InputLocation
 from server.services.campaign import how_it_ended, run_campaign
@@ -26,10 +27,15 @@ from server.services.plan import CampaignPlan
 from server.services.progress import ProgressListener
 from server.services.run_folder import RECORDS
 
+if TYPE_CHECKING:
+    from discrepancy.result import GapResult
+
 SCHEMA = "jointscope.resolve/1"
 RESOLVE_NAME = "resolve.json"
 SHORTEST_S = 5.0
 """A rest of the budget below this is not worth a record."""
+SIZE_ERROR = 1.3
+"""A strength that is seen is predicted by linearisation, and good to about this factor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,6 +175,9 @@ def _end(analysis: GapAnalysis, request: ResolveRequest, done: Resolution) -> tu
     result = analysis.result
     if analysis.experiment is None:
         return _without_proposal(result.verdict, result.next_experiment)
+    if result.verdict == "none" and _has_shown(result, done.rounds[:-1]):
+        told = "a record that would have shown every effect from its stated strength on has shown none"
+        return "settled", f"nothing is open: {told}"
     if len(done.rounds) > request.rounds:
         return "rounds", f"{request.rounds} experiments were played and a question is left open"
     if request.budget_s - done.spent_s < SHORTEST_S:
@@ -181,6 +190,17 @@ def _end(analysis: GapAnalysis, request: ResolveRequest, done: Resolution) -> tu
     if asked.count(plan.get("excitation")) > 1:
         return "stuck", "the same excitation was played twice and its question is still open"
     return "running", ""
+
+
+def _has_shown(result: "GapResult", earlier: Sequence[Mapping[str, Any]]) -> bool:
+    """Return whether a record that was to show hidden effects shows them from the strengths on that it was to."""
+    stated = [one["experiment"].get("reveals") for one in earlier if one["experiment"]]
+    seen = {one.id: abs(one.size) for one in result.pictures.detectable}
+    return any(
+        all(seen.get(one["effect"], math.inf) <= SIZE_ERROR * abs(one["then"]) for one in reveals)
+        for reveals in stated
+        if reveals
+    )
 
 
 def _without_proposal(verdict: str, left: Mapping[str, Any] | None) -> tuple[str, str]:

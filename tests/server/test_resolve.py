@@ -12,6 +12,7 @@ import yaml
 
 from daq.recording.store import read_recording
 from discrepancy.design.campaign import campaign
+from discrepancy.report.pictures import Detectable, Pictures
 from server.cli.main import main
 from server.errors import CampaignStoppedError, InputError
 from server.services import resolve as service
@@ -58,6 +59,11 @@ def script(monkeypatch: pytest.MonkeyPatch) -> Script:
             if plan is not None and playable:
                 (out / EXPERIMENT_NAME).write_text(yaml.safe_dump(campaign(plan)))
             result = replace(gap_result(), next_experiment=plan)
+            if plan is not None and "reveals" in plan:
+                seen = Detectable(
+                    id="coulomb_friction", parameter="level", size=plan["reveals"][0]["now"], unit="N m"
+                )
+                result = replace(result, verdict="none", pictures=Pictures(detectable=(seen,)))
             return GapAnalysis(
                 result=result, folder=out, experiment=out / EXPERIMENT_NAME if playable else None
             )
@@ -96,6 +102,26 @@ def test_a_proposal_is_played_and_its_record_joins_the_training(script: Script, 
     assert (told["ended"], told["rig_time_s"], len(told["rounds"])) == ("settled", 5.0, 2)
     assert (out / "gap.json").read_text() == "gap.json 2"
     assert not (out / EXPERIMENT_NAME).exists()
+
+
+def look(now: float, then: float) -> dict[str, Any]:
+    """Return a proposed look for hidden dry friction, N m."""
+    one = {"effect": "coulomb_friction", "parameter": "level", "unit": "N m", "now": now, "then": then}
+    return {**proposal(amplitude_A=100.0 * now), "reveals": [one]}
+
+
+def test_none_after_a_record_that_shows_what_it_was_to_show_is_settled(
+    script: Script, tmp_path: Path
+) -> None:
+    script(look(0.005, 0.002), look(0.002, 0.001))
+    done = resolved(request(), tmp_path / "out")
+    assert (done.ended, len(done.rounds)) == ("settled", 2)
+    assert "has shown none" in done.message
+
+
+def test_none_after_a_record_that_shows_less_than_stated_looks_again(script: Script, tmp_path: Path) -> None:
+    script(look(0.005, 0.002), look(0.004, 0.001), None)
+    assert len(resolved(request(), tmp_path / "out").rounds) == 3
 
 
 def test_a_proposal_beyond_the_rig_file_is_refused_before_anything_moves(

@@ -9,7 +9,7 @@ from daq.excitation.waveform import sample_reference
 from discrepancy.data.series import read_series
 from discrepancy.design.campaign import campaign
 from discrepancy.design.excitations import RAMP_S, candidate_excitations, variations, waveform
-from discrepancy.design.information import errors_left, growth_of, left_apart
+from discrepancy.design.information import Growth, errors_left, growth_of, left_apart
 from discrepancy.design.limits import RigLimits, limits_of_records
 from discrepancy.design.measurements import FALLBACK, other_measurement
 from discrepancy.design.prediction import Stage, beside, blank_series, predict, refitted_distance
@@ -133,7 +133,7 @@ def test_nothing_is_proposed_that_the_rig_refuses(prepared: Prepared) -> None:
 def test_an_experiment_for_a_parameter_promises_the_goal(prepared: Prepared) -> None:
     one = fitted(prepared, "coulomb_friction")
     index = next(i for i, p in enumerate(one.state.fit.parameters) if p.owner == "coulomb_friction")
-    wanted = Wanted(index=index, known=0.2, error=0.1, goal=0.06)
+    wanted = Wanted(index=index, known=0.1, goal=0.06)
     question = Question(rivals=(one,), needed=lambda _, __: 1.0, wanted=(wanted,))
     proposal = propose(stage_of(prepared), question)
     assert proposal is not None
@@ -190,3 +190,10 @@ def test_the_proposal_is_a_campaign_file() -> None:
     step = Campaign.model_validate(campaign(entry)).steps[0]
     assert isinstance(step, RecordStep)
     assert step.duration_s == 10.0
+
+
+def test_a_record_may_tell_immensely_more_than_the_records_before_it() -> None:
+    grown = Growth(normal=np.diag([1e12, 1e30])[None], gradient=np.zeros((1, 2)), loss=np.zeros(1))
+    left = errors_left(np.diag([1.0, 0.0]), grown)
+    assert left[0, 0] == pytest.approx(1e-6, rel=1e-3)
+    assert 0.0 <= left[0, 1] < 1e-6

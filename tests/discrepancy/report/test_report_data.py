@@ -7,6 +7,7 @@ import numpy as np
 from daq.recording.recording import Recording
 from discrepancy.data.ranges import signal_ranges
 from discrepancy.data.series import bin_series, read_series
+from discrepancy.design.detectable import detectable_effects
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.levenberg import fit
 from discrepancy.fitting.parameters import (
@@ -18,7 +19,6 @@ from discrepancy.fitting.parameters import (
 from discrepancy.fitting.problem import Noise, SimulationProblem
 from discrepancy.model.schema import JointModel
 from discrepancy.report.binning import Samples, bin_samples
-from discrepancy.report.detectable import detectable_effects
 from discrepancy.report.law import LawMaker
 from discrepancy.report.spectra import spectrum, white_density
 from discrepancy.report.thin import thin, worst_stretch

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
+from discrepancy.design.detectable import STRENGTH
 from discrepancy.effects.table import EFFECTS
 from discrepancy.evaluate import Score
 from discrepancy.report import numbers, sentences
-from discrepancy.report.detectable import STRENGTH
 from discrepancy.report.first_screen import first_screen
 from discrepancy.report.plain import PLAIN, called
 from discrepancy.report.views import VIEWS, Signal
@@ -72,6 +72,15 @@ def test_the_next_experiment_is_told_with_units(answer: Answer) -> None:
     assert words == (
         "sine, amplitude 0.901 A, period 2 s, for 20 s, to tell dry (Coulomb) friction from backlash apart"
     )
+
+
+def test_a_look_for_hidden_effects_is_told_as_such(answer: Answer) -> None:
+    plan = {
+        "why": "w", "separates": ["coulomb_friction"], "duration_s": 2.0,
+        "excitation": {"kind": "sine", "amplitude_A": 0.9}, "reveals": [{"effect": "coulomb_friction"}],
+    }  # fmt: skip
+    words = sentences.experiment_words(replace(answer("none"), next_experiment=plan))
+    assert words == "sine, amplitude 0.9 A, for 2 s, to see weaker effects than these records show"
 
 
 def test_other_measurements_stand_on_the_first_screen_beside_the_experiment(answer: Answer) -> None:
