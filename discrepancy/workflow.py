@@ -159,7 +159,7 @@ def prepare_torque(
 ) -> Prepared:
     """Recalibrate the base model on the torque balance and measure the noise."""
     problem = torque_problem(model, train)
-    prepared = _finish_preparation(model, problem, (None, 1, executor))
+    prepared = _finish_preparation(model, problem, (timing_bounds(model, train[0][1]), 1, executor))
     # A torque balance is linear in elementary laws: asymmetric dry friction is named by its parts, level and offset.
     excluded = frozenset(name for name, effect in EFFECTS.items() if not effect.inverse)
     excluded |= {"asymmetric_coulomb_friction"}
@@ -195,8 +195,7 @@ def prepare_simulation(model: JointModel, train: Sequence[Series], executor: Exe
     binned = tuple(bin_series(one, factor) for one in train)
     if not any(channel.row == SPEED for channel in binned[0].channels):
         binned = tuple(cut_windows(one, 2.0) for one in binned)
-    step = train[0].original_step
-    timing = (-0.5 * step, latest_timing(step)) if model.input_hold is InputHold.AUTO else None
+    timing = timing_bounds(model, train[0])
     sigma = {c.name: sigma_or_floor(0.01 * float(np.std(c.values)), c.values) for c in binned[0].channels}
     problem = SimulationProblem(series=binned, noise=Noise(sigma=sigma))
     prepared = _finish_preparation(model, problem, (timing, factor, executor))
@@ -268,6 +267,12 @@ def noise_floor(train: Sequence[Series], problem: SimulationProblem, factor: int
         channel.name: sample_sigma(train, c, factor, problem.noise.sigma[channel.name], pairs)
         for c, channel in enumerate(train[0].channels)
     }
+
+
+def timing_bounds(model: JointModel, one: Series) -> tuple[float, float] | None:
+    """Return how early and how late the input may act, s; None where the model file says what it does."""
+    step = one.original_step
+    return (-0.5 * step, latest_timing(step)) if model.input_hold is InputHold.AUTO else None
 
 
 def latest_timing(step: float) -> float:
