@@ -13,6 +13,7 @@ from discrepancy.data.identifiable import hold_unidentified
 from discrepancy.data.ranges import find_waves, signal_ranges
 from discrepancy.data.repeats import find_repeats, merge_repeats
 from discrepancy.data.series import SPEED, TORQUE, Series, bin_series, cut_windows, read_series
+from discrepancy.data.timing import timing_bounds
 from discrepancy.design.limits import RigLimits
 from discrepancy.effects.spec import Ranges
 from discrepancy.effects.table import EFFECTS
@@ -32,6 +33,7 @@ from discrepancy.fitting.response import check_response
 from discrepancy.model.schema import InputHold, JointModel, Judge
 from discrepancy.model.structure import hold_scale, parameters_in_disguise
 from discrepancy.result import GapResult
+from discrepancy.search.balance_fit import choose_parameters
 from discrepancy.search.by_balance import choose_names
 from discrepancy.search.context import Context
 from discrepancy.search.explained import explained_away
@@ -52,7 +54,6 @@ MOST_SAMPLES = 12_000
 SCOUT_FACTOR = 2
 """Starts are tried on samples so many times coarser than those that decide."""
 SHORTEST_BIN_S = 1e-3
-LATENCY_S = 1.2e-3
 BEFORE_THE_SENSOR = frozenset({"current_saturation", "inverter_dead_time"})
 """Effects between the reference and the measured current: a record that holds both drives the joint by what is left."""
 
@@ -105,6 +106,7 @@ def run_gap(
         balance = _balance_of_position(model, train_records, chosen)
         outcome = outcome if balance is None else choose_names(outcome, balance, whole)
         outcome = refine_free_run(outcome, whole)
+        outcome = outcome if balance is None else choose_parameters(outcome, balance, whole)
     outcome = refine_full_rate(outcome, train, prepared.factor)
     floor = noise_floor(train, outcome.problem, prepared.factor)
     return assemble(model, outcome, simulation_scorer(train, test), (floor, notes, chosen.limits))
@@ -267,21 +269,6 @@ def noise_floor(train: Sequence[Series], problem: SimulationProblem, factor: int
         channel.name: sample_sigma(train, c, factor, problem.noise.sigma[channel.name], pairs)
         for c, channel in enumerate(train[0].channels)
     }
-
-
-def timing_bounds(model: JointModel, one: Series) -> tuple[float, float] | None:
-    """Return how early and how late the input may act, s; None where the model file says what it does."""
-    step = one.original_step
-    return (-0.5 * step, latest_timing(step)) if model.input_hold is InputHold.AUTO else None
-
-
-def latest_timing(step: float) -> float:
-    """Return the longest delay of the input that the recording's making explains, s.
-
-    A held input acts half a sample late; a digital loop at a fast rate adds a few samples that nobody would call a
-    transport delay.
-    """
-    return max(0.5 * step, min(3.0 * step, LATENCY_S))
 
 
 def best_of_starts(problem: SimulationProblem, state: State) -> State:

@@ -1,7 +1,8 @@
 """How small an effect would have been seen: for the answer `none`, which is worth only as much as this table.
 
 Each effect is put into the fitted joint at its first starting values, with one parameter made smaller. What the joint's
-own parameters could imitate is projected out; what is left counts as seen if it would pass the limits of the search.
+own parameters could imitate is projected out; what is left counts as seen if it would pass the limits of the search:
+the alarm over all outputs together, and the least visible amount in one of them at least.
 This is the expectation for a linearised fit: a real search may miss a little more.
 """
 
@@ -16,7 +17,9 @@ from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.parameters import write_start
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.report.pictures import Detectable
+from discrepancy.search.context import Context
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.outputs import output_losses
 from discrepancy.search.state import State
 
 FloatArray = NDArray[np.float64]
@@ -50,7 +53,7 @@ _HALVINGS = 12
 
 
 def detectable_effects(
-    problem: SimulationProblem, state: State, options: SearchOptions, bin_size: float
+    problem: SimulationProblem, state: State, options: SearchOptions, context: Context
 ) -> tuple[Detectable, ...]:
     """Return for each effect with a strength the smallest one that would have been seen.
 
@@ -58,7 +61,7 @@ def detectable_effects(
         problem: with the noise's weights.
         state: the recalibrated base model.
         options: limits of the search.
-        bin_size: variance of one sample over that of a bin.
+        context: what the search knew of noise and size of each output.
     """
     ranges = signal_ranges(problem.series, state.fit.vector)
     own = _own_directions(problem, state)
@@ -67,7 +70,7 @@ def detectable_effects(
     for name, parameter in STRENGTH.items():
         if name in state.present:
             continue
-        size = _smallest(problem, state, (name, parameter), (ranges, options, bin_size), (base, own))
+        size = _smallest(problem, state, (name, parameter), (ranges, options, context), (base, own))
         if size is not None:
             known = next(p for p in EFFECTS[name].parameters if p.name == parameter)
             linear = any(c.name.endswith(("_m", "_m_s", "force")) for c in problem.series[0].channels)
@@ -96,12 +99,12 @@ def _smallest(
     problem: SimulationProblem,
     state: State,
     what: tuple[str, str],
-    limits: tuple[Ranges, SearchOptions, float],
+    limits: tuple[Ranges, SearchOptions, Context],
     reference: tuple[FloatArray, FloatArray],
 ) -> float | None:
     """Return the smallest strength that is seen, by halving; None if the first starting value itself is not seen."""
     name, parameter = what
-    ranges, options, bin_size = limits
+    ranges, options, context = limits
     base, own = reference
     effect = EFFECTS[name]
     start = dict(effect.starts(ranges)[0])
@@ -111,18 +114,16 @@ def _smallest(
         if other.name in TWINS and other.name != parameter:
             full[other.slot] = 0.0
     free = sum(1 for p in effect.parameters if p.free)
-    noise = [problem.noise.sigma[c.name] * np.sqrt(bin_size) for c in problem.series[0].channels]
-    sizes = [float(np.std(c.values)) for c in problem.series[0].channels]
-    signal = float(np.sqrt(np.mean([(size / sigma) ** 2 for size, sigma in zip(sizes, noise, strict=True)])))
-    visible = max(options.material_noise, options.material_signal * signal)
-    need = max(options.alarm + options.per_parameter * free, visible**2 * problem.counted * bin_size)
+    need = context.alarm(options) + options.per_parameter * free
+    visible = context.material(options, (*state.present, name))
 
     def seen(size: float) -> bool:
         vector = full.copy()
         vector[slot] = size
         change = problem.flatten(problem.simulate(problem.prepare(vector), state.fit.starts)) - base
         change = change - own @ (own.T @ change)
-        return bool(float(change @ change) > need)
+        each = context.rms(problem, output_losses(problem, change))
+        return bool(float(change @ change) > need and np.any(each > visible))
 
     low, high = 0.0, float(full[slot])
     if high == 0.0 or not seen(high):

@@ -54,7 +54,9 @@ def test_when_the_input_acts_is_fitted_and_costs_no_parameter_its_value(late: in
     record = short_record(0.0, 1)
     # The joint felt every current `late` samples after the one that is written beside its motion.
     current = np.roll(np.asarray(record.columns["current_A"]), -late)[:-1]
-    columns = {name: np.asarray(values)[:-1] for name, values in record.columns.items()} | {"current_A": current}
+    columns = {name: np.asarray(values)[:-1] for name, values in record.columns.items()} | {
+        "current_A": current
+    }
     moved = recording_from_columns(columns, sample_time_s=STEP_S)
     found = prepare_torque(MODEL, [read_motion(moved, MODEL, "train")], None).state.fit.vector
     assert found[s.INPUT_SHIFT] == pytest.approx(min(late * STEP_S, 1.2e-3), abs=3e-4)
