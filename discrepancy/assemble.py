@@ -164,8 +164,7 @@ def make_pictures(
     unknown = outcome.unknown
     detectable: tuple[Detectable, ...] = ()
     if outcome.verdict == "none" and not outcome.is_torque:
-        ratio = float(np.mean([(floor[name] / sigma) ** 2 for name, sigma in problem.noise.sigma.items()]))
-        detectable = detectable_effects(problem, last, SearchOptions(), ratio)
+        detectable = detectable_effects(problem, last, SearchOptions(), outcome.context)
     return Pictures(
         noise=noise_spectra(repeated, series), left=tuple(left), detectable=detectable,
         unknown=None if unknown is None else law_maker(outcome, model).nameless(unknown),

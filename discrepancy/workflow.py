@@ -13,6 +13,7 @@ from discrepancy.data.identifiable import hold_unidentified
 from discrepancy.data.ranges import signal_ranges
 from discrepancy.data.repeats import find_repeats, merge_as, merge_repeats
 from discrepancy.data.series import SPEED, TORQUE, Series, bin_series, cut_windows, read_series
+from discrepancy.data.timing import timing_bounds
 from discrepancy.design.limits import RigLimits
 from discrepancy.effects.spec import Ranges
 from discrepancy.effects.table import EFFECTS
@@ -32,6 +33,7 @@ from discrepancy.fitting.response import check_response
 from discrepancy.model.schema import InputHold, JointModel, Judge
 from discrepancy.model.structure import hold_scale, parameters_in_disguise
 from discrepancy.result import GapResult
+from discrepancy.search.balance_fit import choose_parameters
 from discrepancy.search.by_balance import choose_names
 from discrepancy.search.context import Context
 from discrepancy.search.explained import explained_away
@@ -54,7 +56,6 @@ SCOUT_FACTOR = 2
 FINE_FACTOR = 4
 """Laws with a rough loss are fitted on samples so many times finer than the others."""
 SHORTEST_BIN_S = 1e-3
-LATENCY_S = 1.2e-3
 BEFORE_THE_SENSOR = frozenset({"current_saturation", "inverter_dead_time"})
 """Effects between the reference and the measured current: a record that holds both drives the joint by what is left."""
 
@@ -107,6 +108,7 @@ def run_gap(
         balance = _balance_of_position(model, train_records, chosen)
         outcome = outcome if balance is None else choose_names(outcome, balance, whole)
         outcome = refine_free_run(outcome, whole)
+        outcome = outcome if balance is None else choose_parameters(outcome, balance, whole)
     outcome = refine_full_rate(outcome, train, prepared.factor)
     floor = noise_floor(train, outcome.problem, prepared.factor)
     return assemble(model, outcome, simulation_scorer(train, test), (floor, notes, chosen.limits))
@@ -161,7 +163,7 @@ def prepare_torque(
 ) -> Prepared:
     """Recalibrate the base model on the torque balance and measure the noise."""
     problem = torque_problem(model, train)
-    prepared = _finish_preparation(model, problem, (None, 1, executor))
+    prepared = _finish_preparation(model, problem, (timing_bounds(model, train[0][1]), 1, executor))
     # A torque balance is linear in elementary laws: asymmetric dry friction is named by its parts, level and offset.
     excluded = frozenset(name for name, effect in EFFECTS.items() if not effect.inverse)
     excluded |= {"asymmetric_coulomb_friction"}
@@ -197,8 +199,7 @@ def prepare_simulation(model: JointModel, train: Sequence[Series], executor: Exe
     binned = tuple(bin_series(one, factor) for one in train)
     if not any(channel.row == SPEED for channel in binned[0].channels):
         binned = tuple(cut_windows(one, 2.0) for one in binned)
-    step = train[0].original_step
-    timing = (-0.5 * step, latest_timing(step)) if model.input_hold is InputHold.AUTO else None
+    timing = timing_bounds(model, train[0])
     sigma = {c.name: sigma_or_floor(0.01 * float(np.std(c.values)), c.values) for c in binned[0].channels}
     problem = SimulationProblem(series=binned, noise=Noise(sigma=sigma))
     prepared = _finish_preparation(model, problem, (timing, factor, executor))
@@ -269,15 +270,6 @@ def noise_floor(train: Sequence[Series], problem: SimulationProblem, factor: int
         channel.name: sample_sigma(train, c, factor, problem.noise.sigma[channel.name], pairs)
         for c, channel in enumerate(train[0].channels)
     }
-
-
-def latest_timing(step: float) -> float:
-    """Return the longest delay of the input that the recording's making explains, s.
-
-    A held input acts half a sample late; a digital loop at a fast rate adds a few samples that nobody would call a
-    transport delay.
-    """
-    return max(0.5 * step, min(3.0 * step, LATENCY_S))
 
 
 def best_of_starts(problem: SimulationProblem, state: State) -> State:

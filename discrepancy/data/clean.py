@@ -15,6 +15,9 @@ OUTLIER_DEVIATIONS = 12.0
 """Distance from the running median, in robust standard deviations, at which a sample is no measurement."""
 PAIR_FACTOR = 3.0
 """How many times larger a spike must be if one of its neighbours may be a spike as well."""
+SPAN_SHARE = 0.5
+"""A spike goes there and back: it stands out by more than this part of what its neighbours span. The first sample after
+a step from which the signal decays stands out too, by little against the step."""
 MOST_SPIKES = 0.02
 MOST_MISSING = 0.2
 MIN_SAMPLES = 400
@@ -77,16 +80,16 @@ def find_outliers(values: FloatArray) -> BoolArray:
     typical = 1.4826 * float(np.median(np.abs(np.diff(filled))))
     limit = max(OUTLIER_DEVIATIONS * typical, 0.05 * float(np.std(filled)))
     # A spike hides another one near it: large ones may have one such neighbour.
-    spikes: BoolArray = (_outside(filled, 1) > limit) | (_outside(filled, 2) > PAIR_FACTOR * limit)
+    spikes: BoolArray = _spikes(filled, 1, limit) | _spikes(filled, 2, PAIR_FACTOR * limit)
     # What happens often is not an outlier but the signal (edges of a square wave with ringing).
     return bad | spikes if spikes.mean() < MOST_SPIKES else bad
 
 
-def _outside(values: FloatArray, rank: int) -> FloatArray:
-    """Return how far each sample lies outside the range of its neighbours, their `rank - 1` outermost left out."""
-    above = values - _high_neighbour(values, rank)
-    below = -_high_neighbour(-values, rank) - values
-    return np.maximum(0.0, np.maximum(above, below))
+def _spikes(values: FloatArray, rank: int, limit: float) -> BoolArray:
+    """Mark samples outside the range of their neighbours, the `rank - 1` outermost of these left out on both sides."""
+    high, low = _high_neighbour(values, rank), -_high_neighbour(-values, rank)
+    outside = np.maximum(values - high, low - values)
+    return np.asarray(outside > np.maximum(limit, SPAN_SHARE * (high - low)))
 
 
 def _high_neighbour(values: FloatArray, rank: int) -> FloatArray:

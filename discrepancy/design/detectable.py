@@ -1,7 +1,8 @@
 """How small an effect would have been seen: for the answer `none`, which is worth only as much as this table.
 
 Each effect is put into the fitted joint at its first starting values, with one parameter made smaller. What the joint's
-own parameters could imitate is projected out; what is left counts as seen if it would pass the limits of the search.
+own parameters could imitate is projected out; what is left counts as seen if it would pass the limits of the search:
+the alarm over all outputs together, and the least visible amount in one of them at least.
 This is the expectation for a linearised fit: a real search may miss a little more.
 """
 
@@ -12,14 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discrepancy.data.ranges import signal_ranges
-from discrepancy.design.information import Growth, left_apart
+from discrepancy.design.information import Growth
 from discrepancy.effects.spec import Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.levenberg import Fit, fit, start_projector
 from discrepancy.fitting.parameters import write_start
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.report.pictures import Detectable
+from discrepancy.search.context import Context
 from discrepancy.search.options import SearchOptions
+from discrepancy.search.outputs import output_losses
 from discrepancy.search.state import State
 
 FloatArray = NDArray[np.float64]
@@ -122,21 +125,22 @@ class Sight:
         signal: standard deviation of the outputs in units of one sample's noise, rms over outputs.
     """
 
-    def __init__(self, problem: SimulationProblem, state: State, bin_size: float) -> None:
+    def __init__(self, problem: SimulationProblem, state: State, context: Context) -> None:
         """Simulate the model and its sensitivities once.
 
         Args:
             problem: with the noise's weights.
             state: the fitted model.
-            bin_size: variance of one sample over that of a bin.
+            context: what the search knew of noise and size of each output.
         """
         starts = state.fit.starts
-        self.problem, self.bin_size = problem, bin_size
+        self.problem, self.context, self.present = problem, context, state.present
+        self.bin_size = float(np.mean(context.bin_size))
         self.fit: Fit = fit(problem, state.fit.parameters, state.fit.vector, starts, 0)
         self.normal = self.fit.normal()
         self._projector = start_projector(problem, self.fit)
         self._base = problem.flatten(problem.simulate(self.fit.vector, starts))
-        self.signal = signal_of(problem, bin_size)
+        self.signal = signal_of(problem, self.bin_size)
 
     def change(self, vector: FloatArray) -> FloatArray:
         """Return what other parameters change in the flattened outputs, starting states projected out, shape (N,)."""
@@ -152,17 +156,18 @@ class Sight:
             normal=self.normal[None], gradient=gradient[None], loss=np.array([float(change @ change)])
         )
 
-    def distance(self, vector: FloatArray) -> float:
-        """Return how far the refitted model stays from what other parameters predict, in noise variances."""
-        return float(left_apart(np.zeros_like(self.normal), self.sums(vector))[0])
+    def shown(self, one: Hidden, size: float, options: SearchOptions) -> float:
+        """Return how much of what the search asks for an effect of this size shows: from 1 on it is named.
 
-    def needed(self, one: Hidden, options: SearchOptions) -> float:
-        """Return the distance at which the search names an effect."""
-        visible = max(options.material_noise, options.material_signal * self.signal)
-        return max(
-            options.alarm + options.per_parameter * one.free,
-            visible**2 * self.problem.counted * self.bin_size,
-        )
+        Grows with about the square of the size, which is in the effect's unit.
+        """
+        jacobian, change = self.fit.jacobian, self.change(one.at(size))
+        # What the model's own parameters follow when they are fitted again.
+        left = change - jacobian @ (np.linalg.pinv(self.normal, rcond=1e-14) @ (jacobian.T @ change))
+        need = self.context.alarm(options) + options.per_parameter * one.free
+        each = self.context.rms(self.problem, output_losses(self.problem, left))
+        visible = self.context.material(options, (*self.present, one.id))
+        return min(float(left @ left) / need, float(np.max((each / visible) ** 2)))
 
 
 def signal_of(problem: SimulationProblem, bin_size: float) -> float:
@@ -174,7 +179,7 @@ def signal_of(problem: SimulationProblem, bin_size: float) -> float:
 
 
 def detectable_effects(
-    problem: SimulationProblem, state: State, options: SearchOptions, bin_size: float
+    problem: SimulationProblem, state: State, options: SearchOptions, context: Context
 ) -> tuple[Detectable, ...]:
     """Return for each effect with a strength the smallest one that would have been seen.
 
@@ -182,11 +187,11 @@ def detectable_effects(
         problem: with the noise's weights.
         state: the recalibrated base model.
         options: limits of the search.
-        bin_size: variance of one sample over that of a bin.
+        context: what the search knew of noise and size of each output.
     """
     ranges = signal_ranges(problem.series, state.fit.vector)
     linear = any(c.name.endswith(("_m", "_m_s", "force")) for c in problem.series[0].channels)
-    sight = Sight(problem, state, bin_size)
+    sight = Sight(problem, state, context)
     found = []
     for one in hidden_effects(state, ranges, linear=linear):
         size = smallest_seen(sight, one, options)
@@ -198,19 +203,18 @@ def detectable_effects(
 def smallest_seen(sight: Sight, one: Hidden, options: SearchOptions) -> float | None:
     """Return the smallest strength that is seen, in its unit; None if the full one itself is not.
 
-    The distance grows with about the square of the strength: that is the next guess, kept between what is seen and what
+    What shows grows with about the square of the strength: that is the next guess, kept between what is seen and what
     is not.
     """
-    need = sight.needed(one, options)
-    far = sight.distance(one.vector)
-    if far <= need:
+    shown = sight.shown(one, one.full, options)
+    if shown <= 1.0:
         return None
     low, part, high = 0.0, 1.0, 1.0
     for _ in range(_STEPS):
-        part *= float(np.sqrt(need / max(far, 1e-300)))
+        part /= float(np.sqrt(max(shown, 1e-300)))
         part = part if low < part < high else 0.5 * (low + high)
-        far = sight.distance(one.at(part * one.full))
-        low, high = (low, part) if far > need else (part, high)
-        if need < far < need * (1.0 + _CLOSE):
+        shown = sight.shown(one, part * one.full, options)
+        low, high = (low, part) if shown > 1.0 else (part, high)
+        if 1.0 < shown < 1.0 + _CLOSE:
             break
     return high * one.full

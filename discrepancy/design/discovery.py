@@ -33,6 +33,7 @@ from discrepancy.design.proposal import (
 from discrepancy.effects.spec import Ranges
 from discrepancy.fitting.levenberg import start_projector
 from discrepancy.fitting.problem import COARSE_STEP_ANGLE
+from discrepancy.search.context import Context
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import State
 
@@ -97,18 +98,18 @@ class Search:
 
 
 def search_of(
-    stage: Stage, state: State, rest: tuple[Ranges, SearchOptions, float], excluded: Collection[str] = ()
+    stage: Stage, state: State, rest: tuple[Ranges, SearchOptions, Context], excluded: Collection[str] = ()
 ) -> Search:
     """Return every effect that the joint may hide, at the strength at which it is looked for.
 
     Args:
         stage: where predictions are made; its known records are those so far.
         state: the fitted joint.
-        rest: sizes of the signals, limits of the search, and the variance of one sample over that of a bin.
+        rest: sizes of the signals, limits of the search, and what it knew of noise and size of each output.
         excluded: effects that these records cannot show by their making.
     """
-    ranges, options, bin_size = rest
-    sight = Sight(stage.problem(*stage.known), state, bin_size)
+    ranges, options, context = rest
+    sight = Sight(stage.problem(*stage.known), state, context)
     linear = any(c.name.endswith(("_m", "_m_s", "force")) for c in stage.template.channels)
     found = []
     for one in hidden_effects(state, ranges, linear=linear):
@@ -117,8 +118,7 @@ def search_of(
         seen = smallest_seen(sight, one, options)
         now = one.full if seen is None else seen
         old = sight.sums(one.at(FINER * now))
-        far = float(left_apart(np.zeros_like(sight.normal), old)[0])
-        begun = min(0.99, far / sight.needed(one, options))
+        begun = min(0.99, sight.shown(one, FINER * now, options))
         found.append(Sought(hidden=one, now=now, size=FINER * now, old=old, begun=begun))
     return Search(stage=stage, state=state, sight=sight, sought=tuple(found), options=options)
 

@@ -15,7 +15,6 @@ from discrepancy.search.greedy import Round, closed_amount
 from discrepancy.search.halves import halves_error
 from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.state import parameters_of, refit
-from discrepancy.simulation import slots as s
 
 CLEARLY = 0.9
 """A longer list of names must err by less than this part (rms) of what a shorter one errs by."""
@@ -68,7 +67,6 @@ def _in_simulation(outcome: SearchOutcome, balance: SearchOutcome) -> tuple[Step
     steps, before = [first], first.state
     for step in balance.steps[1:]:
         vector = step.state.fit.vector.copy()
-        vector[s.INPUT_SHIFT] = first.state.fit.vector[s.INPUT_SHIFT]
         parameters = parameters_of(first.state.base, first.state.given, step.state.added, outcome.ranges)
         begun = replace(first.state.fit, vector=vector, parameters=tuple(parameters))
         state = replace(first.state, added=step.state.added, fit=begun, nameplate=None)

@@ -12,7 +12,7 @@ from discrepancy.data.series import Series
 from discrepancy.fitting.free_run import MOST_WINDOWS, best_free_run
 from discrepancy.fitting.levenberg import fit
 from discrepancy.fitting.problem import SimulationProblem
-from discrepancy.search.outcome import SearchOutcome
+from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.state import State
 
 
@@ -26,15 +26,24 @@ def refine_free_run(outcome: SearchOutcome, whole: Sequence[Series]) -> SearchOu
     if max(len(one.windows) for one in whole) > MOST_WINDOWS:
         return outcome
     problem = replace(outcome.problem, series=tuple(whole))
-    steps = [replace(step, state=_refined(problem, outcome.problem, step.state)) for step in outcome.steps]
+    steps: list[Step] = []
+    for step in outcome.steps:
+        smaller = steps[-1].state if steps else None
+        steps.append(replace(step, state=_refined(problem, outcome.problem, step.state, smaller)))
     return replace(outcome, steps=tuple(steps))
 
 
-def _refined(problem: SimulationProblem, windows: SimulationProblem, state: State) -> State:
+def _refined(
+    problem: SimulationProblem, windows: SimulationProblem, state: State, smaller: State | None
+) -> State:
+    """Return a model fitted to free runs; one that errs more than the `smaller` one before it begins there again."""
     if state.is_chaotic:
         return state
     before = best_free_run(problem, (), state.fit.vector)
     found = best_free_run(problem, state.fit.parameters, state.fit.vector)
+    if smaller is not None and found.loss > best_free_run(problem, (), smaller.fit.vector).loss:
+        again = best_free_run(problem, state.fit.parameters, smaller.fit.vector)
+        found = min(found, again, key=lambda one: one.loss)
     if found.loss >= before.loss:
         return state
     return replace(state, fit=fit(windows, state.fit.parameters, found.vector, windows.initial_starts(), 0))

@@ -34,10 +34,11 @@ def halves_error(problem: SimulationProblem, state: State, whole: Sequence[Serie
 def split_series(one: Series) -> tuple[Series, Series]:
     """Cut a record in two at its middle sample."""
     middle = one.n // 2
-    return _part(one, 0, middle), _part(one, middle, one.n)
+    return part_of(one, 0, middle), part_of(one, middle, one.n)
 
 
-def _part(one: Series, begin: int, end: int) -> Series:
+def part_of(one: Series, begin: int, end: int) -> Series:
+    """Return some rows of a record with starting states of their own."""
     rows = slice(begin, end)
     channels = tuple(replace(c, values=c.values[rows], weight=c.weight[rows]) for c in one.channels)
     firsts = [max(a, begin) - begin for a, b in one.edges if a < end and b > begin]

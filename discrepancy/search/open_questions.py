@@ -283,9 +283,9 @@ def _hidden(asker: _Asker) -> Entry | None:
     outcome = asker.outcome
     if outcome.verdict == "named":
         return None
-    context, options = outcome.context, SearchOptions()
-    rest = outcome.ranges, options, float(np.mean(context.bin_size))
-    found = discover(search_of(asker.stage(None), outcome.steps[-1].state, rest, context.excluded))
+    rest = outcome.ranges, SearchOptions(), outcome.context
+    last = outcome.steps[-1].state
+    found = discover(search_of(asker.stage(None), last, rest, outcome.context.excluded))
     return None if found is None else revealing(_could_hide(found, outcome.verdict), found)
 
 

@@ -26,7 +26,7 @@ from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.search.bench import Bench
 from discrepancy.search.judge import BLOCK_S
 from discrepancy.search.model_error import law_variances, settle
-from discrepancy.search.state import CHAOTIC_WINDOW_S, fitted_forms
+from discrepancy.search.state import fitted_forms
 from discrepancy.search.stretches import stretch_variances
 from discrepancy.simulation import slots as s
 
@@ -81,7 +81,7 @@ def standard_errors(problem: SimulationProblem, fit: Fit, rest: tuple[Bench | No
     if bench is None or not squares.size:
         return np.asarray(np.sqrt(squares))
     if bench.state.is_chaotic:
-        squares = squares + stretch_variances(problem, fit, CHAOTIC_WINDOW_S)
+        squares = squares + stretch_variances(problem, fit)
     else:
         squares = squares + _form_errors(problem, fit) + form_variances(bench, ranges)
     return np.asarray(np.sqrt(squares + _reading_instants(problem, fit) + _realisations(problem, fit)))

@@ -18,24 +18,25 @@ from discrepancy.fitting.problem import SimulationProblem
 FloatArray = NDArray[np.float64]
 
 _STRETCH_S = 5.0
+_WINDOW_S = 1.0
+"""Length in which a chaotic motion can be followed."""
 _LEAST, _MOST = 4, 8
 _ITERATIONS = 6
 
 
-def stretch_variances(problem: SimulationProblem, at: Fit, window_s: float) -> FloatArray:
+def stretch_variances(problem: SimulationProblem, at: Fit) -> FloatArray:
     """Return the mean squared distance of the stretches' estimates from the common one, SI units, shape (p,).
 
     Args:
         problem: the records.
         at: the common estimate.
-        window_s: windows in which the motion can be followed, s.
     """
     duration = sum(one.n * one.step for one in problem.series)
     count = int(np.clip(round(duration / _STRETCH_S), _LEAST, _MOST))
     total = np.zeros(len(at.parameters))
     parts = [part for one in problem.series for part in _parts(one, max(1, count // len(problem.series)))]
     for part in parts:
-        alone = replace(problem, series=(cut_windows(part, window_s),))
+        alone = replace(problem, series=(cut_windows(part, _WINDOW_S),))
         found = fit(alone, at.parameters, at.vector, alone.initial_starts(), _ITERATIONS)
         total += (found.values - at.values) ** 2
     return total / len(parts)

@@ -154,6 +154,11 @@ class TorqueProblem(SimulationProblem):
             # As the nameplate's torque constant would read the input. The measured side must not move with a fitted
             # constant: a joint of no inertia and a motor of no torque would balance perfectly.
             torque = needed * (self.nominal / constant)
+            # The joint feels the input of `shift` ago (a held one acts half a sample late): what it needs was asked for
+            # so much earlier.
+            shift = float(vector[s.INPUT_SHIFT])
+            if shift != 0.0:
+                torque = np.interp(motion.time_s + shift, motion.time_s, torque)
             output = np.zeros((4, one.n))
             output[TORQUE] = motion.smooth(torque)
             found.append(output)

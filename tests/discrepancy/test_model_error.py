@@ -88,7 +88,7 @@ def test_stretches_of_a_regular_motion_scatter_as_single_records_do(
     outcome, _ = settled
     fit = outcome.steps[-1].state.fit
     index = [p.name for p in fit.parameters].index("level")
-    scatter = float(np.sqrt(stretch_variances(outcome.problem, fit, 2.0)[index]))
+    scatter = float(np.sqrt(stretch_variances(outcome.problem, fit)[index]))
     # Each of the four stretches knows the level half as well as the whole record, or worse.
     noise = noise_error(outcome, "level")
     assert 0.5 * noise < scatter < 8.0 * noise
@@ -100,6 +100,6 @@ def test_stretches_keep_holes_and_need_no_angle(settled: tuple[SearchOutcome, Si
     holed = replace(one, windows=np.array([-1, -301], dtype=np.int64), angle=np.empty(0))
     holed = replace(holed, starts=np.zeros((2, 2)))
     fit = outcome.steps[-1].state.fit
-    found = stretch_variances(replace(outcome.problem, series=(holed,)), fit, 2.0)
+    found = stretch_variances(replace(outcome.problem, series=(holed,)), fit)
     assert found.shape == (len(fit.parameters),)
     assert np.all(np.isfinite(found))

@@ -47,6 +47,13 @@ def test_single_spikes_are_outliers_and_steps_are_not() -> None:
     assert set(np.flatnonzero(find_outliers(values))) == {333, 500}
 
 
+def test_the_first_sample_after_a_step_is_no_outlier_though_the_signal_decays_from_it() -> None:
+    after = np.r_[0.0, np.cumsum([3.9, 12.7, 20.8, 23.4, 22.7, 18.0])]
+    values = np.r_[np.full(300, 35.0), after - 143.0, np.full(300, -41.0)]
+    values += np.random.default_rng(3).normal(0.0, 0.1, values.size)
+    assert not find_outliers(values).any()
+
+
 def test_records_with_the_same_input_are_repeats(nameplate: JointModel) -> None:
     series = [read_series(make_recording({}, k, input_seed=k // 2), nameplate, str(k)) for k in (0, 1, 2)]
     assert [(pair.first, pair.second) for pair in find_repeats(series)] == [(0, 1)]

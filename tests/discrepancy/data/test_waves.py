@@ -18,7 +18,7 @@ def _vector() -> NDArray[np.float64]:
     return vector
 
 
-def _moved(torque: float, wave: float) -> tuple[NDArray[np.float64], ...]:
+def _moved(torque: float, wave: float) -> list[NDArray[np.float64]]:
     """Return time, current, speed and angle of a joint that coasts through a torque that repeats over its angle."""
     time = STEP * np.arange(10_000)
     current = 0.8 * np.sin(0.9 * time) + 0.5 * np.sin(2.3 * time)
@@ -27,7 +27,7 @@ def _moved(torque: float, wave: float) -> tuple[NDArray[np.float64], ...]:
         force = current[i - 1] - 0.9 * speed[i - 1] - torque * np.sin(wave * angle[i - 1] + 0.4)
         speed[i] = speed[i - 1] + STEP * force / 0.5
         angle[i] = angle[i - 1] + STEP * speed[i]
-    return time, current, speed, angle
+    return [np.asarray(one, dtype=np.float64) for one in (time, current, speed, angle)]
 
 
 @pytest.mark.parametrize("row", [SPEED, POSITION])

@@ -66,7 +66,7 @@ def sought(known: Prepared, limits: RigLimits = LIMITS) -> Search:
     """Return what may be hidden from these records."""
     problem = known.problem
     stage = Stage(template=problem.series[0], noise=problem.noise, limits=limits, known=problem.series)
-    rest = known.ranges, SearchOptions(), float(np.mean(known.context.bin_size))
+    rest = known.ranges, SearchOptions(), known.context
     return search_of(stage, known.state, rest, known.context.excluded)
 
 

@@ -1,8 +1,10 @@
 """What the figures are made of: thinning, averages with intervals, spectra, laws."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from daq.recording.recording import Recording
 from discrepancy.data.ranges import signal_ranges
@@ -22,6 +24,7 @@ from discrepancy.report.binning import Samples, bin_samples
 from discrepancy.report.law import LawMaker
 from discrepancy.report.spectra import spectrum, white_density
 from discrepancy.report.thin import thin, worst_stretch
+from discrepancy.search.context import Context
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.standard_errors import robust_covariance
 from discrepancy.search.state import State
@@ -29,6 +32,7 @@ from discrepancy.simulation import slots as s
 from tests.discrepancy.report.conftest import make_curve
 
 Recorder = Callable[[Mapping[int, float], int], Recording]
+FloatArray = NDArray[np.float64]
 NOISE = 0.01
 BIN = 5
 
@@ -123,7 +127,8 @@ def test_an_effect_that_is_not_in_the_model_has_no_picture(nameplate: JointModel
 def test_what_is_called_detectable_is_seen_in_the_data(nameplate: JointModel, record: Recorder) -> None:
     problem, state = fitted(nameplate, [record({}, 1), record({}, 2)], ())
     options = SearchOptions()
-    found = {one.id: one.size for one in detectable_effects(problem, state, options, BIN)}
+    context = Context(executor=None, repeat_noise=problem.noise, bin_size=np.full(1, float(BIN)))
+    found = {one.id: one.size for one in detectable_effects(problem, state, options, context)}
     size = found["coulomb_friction"]
     assert 0.0 < size < 0.02
     # Put twice that strength into the joint: the fit with the effect must win by more than the search asks for.
@@ -134,3 +139,29 @@ def test_what_is_called_detectable_is_seen_in_the_data(nameplate: JointModel, re
     weak = [record({s.COULOMB: 0.2 * size}, 1), record({s.COULOMB: 0.2 * size}, 2)]
     without, with_it = fitted(nameplate, weak, ())[1], fitted(nameplate, weak, ("coulomb_friction",))[1]
     assert without.fit.loss - with_it.fit.loss < options.alarm + options.per_parameter
+
+
+def test_an_effect_that_one_of_two_outputs_shows_is_detectable(
+    nameplate: JointModel, record: Recorder
+) -> None:
+    both = replace(nameplate, outputs=(*nameplate.outputs, "position_rad"))
+    one = bin_series(read_series(record({}, 1), both, "train"), BIN)
+    sizes = np.array([np.std(channel.values) / NOISE for channel in one.channels])
+    quiet = Noise(sigma={channel.name: NOISE / np.sqrt(BIN) for channel in one.channels})
+    problem = SimulationProblem(series=(one,), noise=quiet)
+    base = base_parameters(both, signal_ranges((one,), model_vector(both)), None)
+    state = State(
+        base=tuple(base), given=(), added=(),
+        fit=fit(problem, base, model_vector(both), problem.initial_starts(), 20),
+    )  # fmt: skip
+
+    def smallest(signal: FloatArray) -> float:
+        context = Context(executor=None, repeat_noise=quiet, bin_size=np.full(2, float(BIN)), signal=signal)
+        found = detectable_effects(problem, state, SearchOptions(), context)
+        return next((o.size for o in found if o.id == "coulomb_friction"), np.inf)
+
+    # A thousandth of the speed's size is visible, whatever part of a position of a thousand times the size would be.
+    alone, beside = smallest(sizes * [1.0, 1e9]), smallest(sizes * [1.0, 1.0])
+    assert np.isfinite(alone)
+    assert beside <= alone
+    assert smallest(sizes * 1e9) == np.inf

@@ -9,7 +9,7 @@ from discrepancy.simulation import slots as s
 from discrepancy.simulation.kernels.joint import simulate_record
 from discrepancy.torque.prepare import torque_problem
 from discrepancy.torque.problem import read_motion
-from discrepancy.workflow import run_gap
+from discrepancy.workflow import prepare_torque, run_gap
 from tests.discrepancy.recorder import excite
 
 SAMPLES, STEP_S = 3000, 2e-3
@@ -47,6 +47,21 @@ def test_dry_friction_in_a_short_record_is_named_alone(seed: int) -> None:
 def test_nothing_is_named_in_a_short_record_of_a_linear_joint() -> None:
     result = run_gap(MODEL, [short_record(0.0, 1)], [short_record(0.0, 51)])
     assert result.effects == ()
+
+
+@pytest.mark.parametrize("late", [0, 1])
+def test_when_the_input_acts_is_fitted_and_costs_no_parameter_its_value(late: int) -> None:
+    record = short_record(0.0, 1)
+    # The joint felt every current `late` samples after the one that is written beside its motion.
+    current = np.roll(np.asarray(record.columns["current_A"]), -late)[:-1]
+    columns = {name: np.asarray(values)[:-1] for name, values in record.columns.items()} | {
+        "current_A": current
+    }
+    moved = recording_from_columns(columns, sample_time_s=STEP_S)
+    found = prepare_torque(MODEL, [read_motion(moved, MODEL, "train")], None).state.fit.vector
+    assert found[s.INPUT_SHIFT] == pytest.approx(min(late * STEP_S, 1.2e-3), abs=3e-4)
+    if not late:
+        assert found[s.VISCOUS] / found[s.TORQUE_CONSTANT] == pytest.approx(0.9, rel=0.02)
 
 
 def test_a_motor_of_no_torque_and_a_joint_of_no_inertia_do_not_balance() -> None:
