@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from discrepancy.data.series import SPEED, read_series
+from discrepancy.fitting.levenberg import COARSE_DIFFERENCE
 from discrepancy.fitting.problem import Noise, SimulationProblem
 from discrepancy.model.schema import JointModel
+from discrepancy.search.judge import farthest_move, held_out
 from discrepancy.search.rough import polish_rough, scan_rough, settle_rough, smoothed
 from discrepancy.search.state import State, refit, scan_effect, with_unseen_parts
 from discrepancy.simulation import slots as s
@@ -80,3 +82,14 @@ def test_a_stop_out_of_reach_is_put_back(nameplate: JointModel) -> None:
     assert lost.fit.loss > 2.0 * best.fit.loss
     found = with_unseen_parts(p.problem, lost, p.ranges).fit
     assert abs(found.vector[s.STOP_HIGH] - STOPS[s.STOP_HIGH]) < 0.01
+
+
+def test_a_block_left_out_moves_a_fit_no_farther_than_its_hollow(nameplate: JointModel) -> None:
+    p = prepared(nameplate, {s.COULOMB: 0.2})
+    found = p.state.fit
+    assert farthest_move(found) == np.inf
+    played = found.vector.copy()
+    played[s.GAP] = 0.1
+    assert farthest_move(replace(found, vector=played)) == COARSE_DIFFERENCE
+    np.testing.assert_allclose(held_out(p.problem, found, 0.0).loss, found.loss)
+    assert held_out(p.problem, found).loss > found.loss
