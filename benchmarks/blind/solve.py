@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from benchmarks.blind.question import SPEED, Json, Question, read_question, stride
 from benchmarks.blind.serve import CountingSolver, serve
 from daq.recording.recording import Recording, cut, recording_from_columns
+from daq.speed.filters import speed_from_position_zero_phase
 from discrepancy.errors import GapInputError
 from discrepancy.model.reader import model_to_dict, parse_model
 from discrepancy.model.schema import JointModel
@@ -89,8 +90,8 @@ def curves(result: GapResult, test: Recording) -> dict[str, FloatArray]:
     }
     if WINDOWED & set(result.effects):
         base = with_parameters(result.base_model, result.steps[0].to_dict()["parameters"])
-        found["before_windows"] = in_windows(base, test)[::every]
-        found["after_windows"] = in_windows(result.model, test)[::every]
+        found["before_windows"] = as_recorded(in_windows(base, test), test)[::every]
+        found["after_windows"] = as_recorded(in_windows(result.model, test), test)[::every]
     return found
 
 
@@ -110,6 +111,21 @@ def in_windows(model: JointModel, test: Recording) -> FloatArray:
     speeds = [simulate_recording(model, part, "test window").simulated[SPEED] for part in whole]
     rest = test.n - sum(part.n for part in whole)
     return np.concatenate([*speeds, np.full(rest, np.nan)])
+
+
+def as_recorded(speed: FloatArray, test: Recording) -> FloatArray:
+    """Return a simulated speed made from its angle as the recording's own speed was, shape (n,).
+
+    A motor that runs through its play changes its speed faster than a derived speed shows: unsmoothed, the true model
+    itself would stay half the gap away from the noise-free column.
+    """
+    if "speed" not in test.metadata:
+        return speed
+    known = np.isfinite(speed)
+    angle = np.cumsum(speed[known]) * test.sample_time_s
+    found = speed.copy()
+    found[known] = speed_from_position_zero_phase(angle, test.sample_time_s)
+    return found
 
 
 if __name__ == "__main__":

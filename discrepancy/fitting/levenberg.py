@@ -19,7 +19,7 @@ from discrepancy.simulation import slots as s
 FloatArray = NDArray[np.float64]
 
 _DIFFERENCE = 3e-4
-_COARSE_DIFFERENCE = 3e-2
+COARSE_DIFFERENCE = 3e-2
 """Play makes the loss rough: it is smooth only over steps that are larger than single contacts."""
 _TOLERANCE = 3e-5
 
@@ -86,7 +86,7 @@ def _jacobian(
         if i < known:
             continue
         z = parameter.encode(float(point.vector[parameter.slot]))
-        h = _COARSE_DIFFERENCE if point.vector[s.GAP] > 0.0 else _DIFFERENCE
+        h = COARSE_DIFFERENCE if point.vector[s.GAP] > 0.0 else _DIFFERENCE
         if parameter.decode(z + h) >= parameter.upper:
             h = -h
         vector = point.vector.copy()

@@ -14,7 +14,7 @@ from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.search.choice import Contender, choose, equivalents_of, own_size
 from discrepancy.search.context import Context
-from discrepancy.search.judge import held_out
+from discrepancy.search.judge import farthest_move, held_out
 from discrepancy.search.noise import noise_beside
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outputs import output_losses, output_rows
@@ -102,11 +102,11 @@ def _judge(
     states = {c.name: c.state for c in finalists}
     again = fan_out(context.executor, partial(_again, sharp, states, ranges), list(states))
     unit = _noise_unit(sharp, before, again, known=context.repeat_noise is not None)
-    reference = held_out(sharp, before.fit).loss / unit
+    reference = held_out(sharp, before.fit, farthest_move(before.fit)).loss / unit
     judged = []
     for contender, one in zip(finalists, again, strict=True):
         closed = closed_amount(problem, context, (state, contender.state))
-        fall = reference - held_out(sharp, one.fit).loss / unit
+        fall = reference - held_out(sharp, one.fit, farthest_move(one.fit)).loss / unit
         part = closed_part(problem, state, contender.state)
         judged.append(replace(contender, state=one, fall=float(fall), closed=closed, part=part))
     judged = _ranked(judged, problem.rows, options)

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discrepancy.fitting.levenberg import Fit
+from discrepancy.fitting.levenberg import COARSE_DIFFERENCE, Fit
 from discrepancy.fitting.problem import SimulationProblem
+from discrepancy.simulation import slots as s
 
 FloatArray = NDArray[np.float64]
 
@@ -34,11 +35,24 @@ class HeldOut:
     blocks: FloatArray
 
 
-def held_out(problem: SimulationProblem, fit: Fit) -> HeldOut:
+def farthest_move(fit: Fit) -> float:
+    """Return how far a fit without one block may move in scaled coordinates: with play, no farther than its hollow.
+
+    There a linearised step says nothing beyond the distance over which slopes were taken.
+    """
+    return COARSE_DIFFERENCE if fit.vector[s.GAP] > 0.0 else np.inf
+
+
+def held_out(problem: SimulationProblem, fit: Fit, farthest: float = np.inf) -> HeldOut:
     """Return the loss of each block predicted by a fit to all the others.
 
     What one block alone shows (the stiffness of a stop that was touched in it) cannot be predicted from the others, and
     a linearised fit would carry it anywhere: along such directions the fit stays where it was.
+
+    Args:
+        problem: data and noise of the fit.
+        fit: the fitted point.
+        farthest: most that leaving out a block may move any coordinate of the Jacobian.
     """
     blocks = problem.blocks(BLOCK_S)
     J, r = fit.jacobian, fit.residual
@@ -46,13 +60,15 @@ def held_out(problem: SimulationProblem, fit: Fit) -> HeldOut:
     size, axes = np.linalg.eigh((J / scale).T @ (J / scale))
     # In these coordinates the whole information is the unit matrix; a block's share of it has values from 0 to 1.
     known = size > 1e-13 * size.max(initial=0.0)
-    J = J / scale @ (axes[:, known] / np.sqrt(size[known]))
+    turned = axes[:, known] / np.sqrt(size[known]) / scale[:, None]
+    J = J @ turned
     losses = np.empty(len(blocks))
     for b, parts in enumerate(blocks):
         rb = np.concatenate([r[part] for part in parts])
         Jb = np.concatenate([J[part] for part in parts])
         share, directions = np.linalg.eigh(Jb.T @ Jb)
         moved = np.where(share < ALONE, 1.0 / (1.0 - np.minimum(share, ALONE)), 0.0)
-        left = rb + Jb @ (directions @ (moved * (directions.T @ (Jb.T @ rb))))
+        step = directions @ (moved * (directions.T @ (Jb.T @ rb)))
+        left = rb + Jb @ step * min(1.0, farthest / (np.max(np.abs(turned @ step), initial=0.0) + 1e-300))
         losses[b] = left @ left
     return HeldOut(loss=float(losses.sum()), blocks=losses)
