@@ -11,6 +11,7 @@ from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
 from discrepancy.search.bench import make_bench
+from discrepancy.search.beside import locate_beside
 from discrepancy.search.context import Context
 from discrepancy.search.curves import called, judge_curves
 from discrepancy.search.doubts import find_doubts
@@ -181,10 +182,22 @@ def _conclude_torque(
     problem, first = outcome.problem, outcome.steps[0].state
     patched = patchwork(outcome)
     unknown = find_remainder(problem, first, outcome.steps[-1].state, context, names)
-    if (unknown is None and not patched) or len(outcome.steps) == 1:
-        return replace(outcome, unknown=unknown)
+    if unknown is None and not patched:
+        return outcome
+    if len(outcome.steps) == 1:
+        return _placed_beside(replace(outcome, unknown=unknown), names)
     places = locate(problem.series, residual_parts(problem, first), first.fit.vector, names)
-    return _withdraw(outcome, places[0] if places else unknown, (ranges, names, patched))
+    return _placed_beside(
+        _withdraw(outcome, places[0] if places else unknown, (ranges, names, patched)), names
+    )
+
+
+def _placed_beside(outcome: SearchOutcome, names: Mapping[str, str]) -> SearchOutcome:
+    """Return an outcome without names with its unknown where a curve beside the joint's parameters explains most."""
+    if outcome.unknown is None or len(outcome.steps) > 1 or outcome.unknown.port is not Port.TORQUE:
+        return outcome
+    place = locate_beside(outcome.problem, outcome.steps[0].state, names)
+    return replace(outcome, unknown=place) if place.share > outcome.unknown.share else outcome
 
 
 def patchwork(outcome: SearchOutcome) -> frozenset[str]:

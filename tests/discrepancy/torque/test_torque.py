@@ -1,10 +1,14 @@
 """Judging by torque, on short records of a joint whose torque constant is free."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from daq.recording.recording import Recording, recording_from_columns
+from discrepancy.assemble import column_names
 from discrepancy.model.reader import parse_model
+from discrepancy.search.beside import locate_beside
 from discrepancy.simulation import slots as s
 from discrepancy.simulation.kernels.joint import simulate_record
 from discrepancy.torque.prepare import torque_problem
@@ -24,6 +28,8 @@ MODEL = parse_model(
         },
     }
 )  # fmt: skip
+
+PARAMETERS = tuple(MODEL.parameters.items())
 
 
 def short_record(level: float, seed: int, speed_noise: float = 0.002) -> Recording:
@@ -62,6 +68,24 @@ def test_when_the_input_acts_is_fitted_and_costs_no_parameter_its_value(late: in
     assert found[s.INPUT_SHIFT] == pytest.approx(min(late * STEP_S, 1.2e-3), abs=3e-4)
     if not late:
         assert found[s.VISCOUS] / found[s.TORQUE_CONSTANT] == pytest.approx(0.9, rel=0.02)
+
+
+def test_a_weight_that_an_inertia_stands_in_for_is_located_over_the_angle() -> None:
+    vector = s.neutral_vector()
+    vector[s.INERTIA], vector[s.VISCOUS], vector[s.GRAVITY_SIN], vector[s.GRAVITY_WAVE] = 0.05, 0.4, 2.0, 1.0
+    time = np.arange(SAMPLES, dtype=np.float64) * STEP_S
+    current = 1.5 * np.sin(4.0 * time) + 0.3 * np.sin(9.0 * time)
+    out = simulate_record(vector, time, current, np.empty(0), np.array([-1]), np.zeros((1, 2)))
+    columns = {"time_s": time, "current_A": current, "speed_rad_s": out[0], "position_rad": out[1]}
+    model = replace(
+        MODEL, parameters={n: replace(q, fixed=n == "torque_constant", value=1.0) for n, q in PARAMETERS}
+    )
+    motion = read_motion(recording_from_columns(columns, sample_time_s=STEP_S), model, "train")
+    prepared = prepare_torque(model, [motion], None)
+    place = locate_beside(prepared.problem, prepared.state, column_names(model))
+    assert (place.driver, place.share > 0.8) == ("position_rad", True)
+    angle, torque = np.array(place.shape).T
+    np.testing.assert_allclose(torque - np.interp(0.0, angle, torque), -2.0 * np.sin(angle), atol=0.3)
 
 
 def test_a_motor_of_no_torque_and_a_joint_of_no_inertia_do_not_balance() -> None:
