@@ -10,8 +10,8 @@ from discrepancy.simulation import slots as s
 from discrepancy.simulation.kernels.joint import simulate_record
 
 FloatArray = NDArray[np.float64]
-TIME = np.arange(4001) * 1e-3
-CURRENT = np.sin(2.0 * np.pi * 1.1 * TIME) + 0.4 * np.sin(2.0 * np.pi * 2.7 * TIME + 1.0)
+TIME: FloatArray = np.arange(4001, dtype=np.float64) * 1e-3
+CURRENT: FloatArray = np.sin(2.0 * np.pi * 1.1 * TIME) + 0.4 * np.sin(2.0 * np.pi * 2.7 * TIME + 1.0)
 STIFFNESS, SHARE, BEHIND = 30.0, 0.7, 0.8
 
 
