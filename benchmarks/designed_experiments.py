@@ -11,7 +11,8 @@ random record of 5 s. An arm that has not ended after BUDGET_S, or after RECORDS
 time that it has spent.
 
 The seeds stand here since before anything was run on them; those from 31,000,000, 33,000,000 and 41,000,000 are spent,
-and of those from 34,000,000 the first seven. Those from 39,000,000 are for developing.
+of those from 34,000,000 the first seven, and of those from 35,000,000 the first 13. Those from 39,000,000 are for
+developing.
 Finished cases are kept in OUT and skipped by the next call.
 
 Run: python -m benchmarks.designed_experiments OUT [SECONDS [FIRST_SEED]]   (SECONDS of CPU after which no further case

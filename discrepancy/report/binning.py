@@ -61,7 +61,7 @@ def bin_samples(samples: Samples, edges: FloatArray | None = None) -> Cells:
     # Empty cells are NaN: nothing is drawn there.
     rest = (samples.y - mean[place] * samples.per) * samples.per
     count = np.bincount(place, minlength=size).astype(np.float64)
-    sums = np.zeros((int(samples.block.max()) + 1, size))
+    sums = np.zeros((int(samples.block.max(initial=-1)) + 1, size))  # none: a simulation that ran away
     np.add.at(sums, (samples.block, place), rest)
     shares = np.zeros_like(sums)
     np.add.at(shares, (samples.block, place), samples.per**2)

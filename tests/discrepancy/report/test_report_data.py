@@ -165,3 +165,11 @@ def test_an_effect_that_one_of_two_outputs_shows_is_detectable(
     assert np.isfinite(alone)
     assert beside <= alone
     assert smallest(sizes * 1e9) == np.inf
+
+
+def test_a_simulation_that_runs_away_leaves_empty_cells() -> None:
+    none = np.empty(0)
+    nothing = Samples(x=none, y=none, per=none, block=np.empty(0, dtype=np.int64))
+    cells = bin_samples(nothing, np.array([-1.0, 0.0, 1.0])).cells
+    assert np.all(np.isnan(cells.mean))
+    assert np.all(cells.count == 0)
