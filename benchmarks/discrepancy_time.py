@@ -2,7 +2,8 @@
 
 `python -m benchmarks.discrepancy_time [--ids ID,ID] [--nothing N] [--jobs N]` makes one development case of every
 effect, and N in which nothing is hidden, and solves each one in this process. Reading the model, search and report
-count; making the case does not. Processor time is printed beside wall time, since only the first is the workflow's
+count; making the case does not. Screening is the first round's: all starts of all effects, beside the recalibrated
+joint, timed alone. Processor time is printed beside wall time, since only the first is the workflow's
 own on a machine that does other work. With `--jobs` each case is solved once more over so many processes; that column
 is wall time alone. The first case is solved once before, so that no figure holds the compiling of kernels.
 """
@@ -13,7 +14,7 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -23,18 +24,22 @@ from benchmarks.blind.conditions import IDS, Case, list_cases
 from benchmarks.blind.generate import generate
 from benchmarks.blind.question import Question, read_question
 from benchmarks.blind.solve import recordings
+from discrepancy.data.series import read_series
 from discrepancy.model.reader import parse_model
 from discrepancy.report.files import write_result
-from discrepancy.workflow import GapOptions, run_gap
+from discrepancy.search.greedy import screen
+from discrepancy.search.noise import waves_left
+from discrepancy.workflow import GapOptions, prepare_simulation, run_gap
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spent:
-    """Seconds that one case took: processor and wall time of the whole, processor time of the report alone."""
+    """Seconds that one case took: processor and wall time of the whole, those of the report and of screening alone."""
 
     cpu: float
     wall: float
     report: float
+    screening: float
     answer: str
 
 
@@ -46,10 +51,22 @@ def solve(question: Question, executor: Executor | None, out: Path) -> Spent:
     result = run_gap(parse_model(question.model), records.train, records.test, options)
     searched = time.process_time()
     write_result(result, out)
+    cpu, wall, report = time.process_time() - cpu, time.perf_counter() - wall, time.process_time() - searched
     return Spent(
-        cpu=time.process_time() - cpu, wall=time.perf_counter() - wall, report=time.process_time() - searched,
+        cpu=cpu, wall=wall, report=report, screening=screening_time(question),
         answer=" ".join((result.verdict, *result.effects)),
     )  # fmt: skip
+
+
+def screening_time(question: Question) -> float:
+    """Return the wall time of the first round's screening, s."""
+    model = parse_model(question.model)
+    train = [read_series(one, model, "train") for one in recordings(question).train]
+    prepared = prepare_simulation(model, train, None)
+    ranges = replace(prepared.ranges, waves=waves_left(prepared.problem, prepared.state))
+    begun = time.perf_counter()
+    screen(prepared.problem, prepared.state, ranges, prepared.context)
+    return time.perf_counter() - begun
 
 
 def chosen_cases(ids: Sequence[str], nothing: int) -> list[Case]:
@@ -61,7 +78,8 @@ def chosen_cases(ids: Sequence[str], nothing: int) -> list[Case]:
 def row(case: Case, own: Spent, shared: Spent | None) -> str:
     """Return the line of one case."""
     wall = "" if shared is None else f"{shared.wall:7.2f}"
-    return f"{case.id:30s} {own.cpu:7.2f} {own.wall:7.2f} {own.report:7.2f} {wall:>8s}  {own.answer}"
+    numbers = " ".join(f"{value:7.2f}" for value in (own.cpu, own.wall, own.report, own.screening))
+    return f"{case.id:30s} {numbers} {wall:>8s}  {own.answer}"
 
 
 def main() -> None:
@@ -79,7 +97,8 @@ def main() -> None:
         if asked.jobs > 1:
             pool = stack.enter_context(ProcessPoolExecutor(asked.jobs, mp_context=get_context("spawn")))
         print(
-            f"{'hidden':30s} {'CPU s':>7s} {'wall s':>7s} {'report':>7s} {'wall, N':>8s}  answer", flush=True
+            f"{'hidden':30s} {'CPU s':>7s} {'wall s':>7s} {'report':>7s} {'screen':>7s} {'wall, N':>8s}  answer",
+            flush=True,
         )
         for number, case in enumerate(cases):
             generate(case, folder / case.key / "question", folder / case.key / "answer")
@@ -95,6 +114,7 @@ def main() -> None:
         "CPU": [own.cpu for own, _ in spent],
         "wall": [own.wall for own, _ in spent],
         "report, CPU": [own.report for own, _ in spent],
+        "screening, wall": [own.screening for own, _ in spent],
         f"wall, {asked.jobs} processes": [shared.wall for _, shared in spent if shared],
     }
     for name, values in columns.items():

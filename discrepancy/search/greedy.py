@@ -158,14 +158,8 @@ def fit_all(
     All are fitted from all starts on coarse samples; those that could still win are fitted to the end on fine ones. A
     candidate is left behind only where it closes less than half of what the best one does.
     """
-    names = candidates_for(state, context.excluded)
-    coarse, scout = state, problem
-    if context.scout is not None:
-        scout = context.scout
-        first = refit_from(scout, state, scout.initial_starts())
-        coarse = replace(state, fit=first)
-    scanned = fan_out(context.executor, partial(_scan, scout, coarse, ranges), names)
-    scanned = _rescanned(scanned, partial(_scan_richer, scout, ranges), (context.executor, coarse))
+    scanned, coarse = screen(problem, state, ranges, context)
+    scout = context.scout or problem
     floor = min(one[0].fit.loss for one in scanned)
     limit = max(floor, scout.rows) + 0.5 * max(0.0, coarse.fit.loss - floor)
     ranked = sorted(scanned, key=lambda one: one[0].fit.loss)
@@ -183,6 +177,24 @@ def fit_all(
     done = fan_out(context.executor, partial(_polish, (context.fine or problem, problem), ranges), keep)
     contenders = [Contender(name=one.added[-1], state=one, white_loss=one.fit.loss) for one in done]
     return sorted(contenders, key=lambda c: c.white_loss + options.per_parameter * c.size)
+
+
+def screen(
+    problem: SimulationProblem, state: State, ranges: Ranges, context: Context
+) -> tuple[list[list[State]], State]:
+    """Try all starts of every candidate for a few steps on coarse samples.
+
+    Returns:
+        The best states of each candidate, best first, and the model so far on the same samples.
+    """
+    coarse, scout = state, problem
+    if context.scout is not None:
+        scout = context.scout
+        first = refit_from(scout, state, scout.initial_starts())
+        coarse = replace(state, fit=first)
+    names = candidates_for(state, context.excluded)
+    scanned = fan_out(context.executor, partial(_scan, scout, coarse, ranges), names)
+    return _rescanned(scanned, partial(_scan_richer, scout, ranges), (context.executor, coarse)), coarse
 
 
 def _gain(scanned: State, before: State) -> float:
