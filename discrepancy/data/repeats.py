@@ -23,6 +23,9 @@ MOST_TRAVEL = 0.005
 """Repeats are averaged if their angles differ by at most this part of the travel."""
 MOST_UNEVEN = 4.0
 """Repeats are averaged if no stretch differs by more than so many times the median stretch: chance diverges evenly."""
+MOST_SAME = 0.5
+"""Repeats with noise of their own agree exactly in fewer samples than this part."""
+_NEAR = 10
 _STRETCHES = 16
 _JOINED = " = "
 
@@ -46,7 +49,10 @@ class Pair:
 
 
 def find_repeats(series: Sequence[Series]) -> list[Pair]:
-    """Return pairs of records with the same input, and pairs of periods within a record where no record repeats."""
+    """Return pairs of records with the same input, and pairs of periods within a record where no record repeats.
+
+    Repeats that agree to the last digit are none: coarse rounding without noise to dither it errs alike in both.
+    """
     pairs = []
     for i, first in enumerate(series):
         for k in range(i + 1, len(series)):
@@ -59,7 +65,23 @@ def find_repeats(series: Sequence[Series]) -> list[Pair]:
             same_clock = float(np.max(np.abs(first.time_s[:n] - second.time_s[:n]))) < 0.5 * first.step
             if size > 0.0 and far < REPEAT_TOLERANCE * size and same_clock:
                 pairs.append(Pair(first=i, second=k, a=0, b=0, n=n))
-    return pairs or [pair for i, one in enumerate(series) for pair in _periods(i, one)]
+    found = pairs or [pair for i, one in enumerate(series) for pair in _periods(i, one)]
+    return [pair for pair in found if not _rounded_alike(series, pair)]
+
+
+def _rounded_alike(series: Sequence[Series], pair: Pair) -> bool:
+    """Return whether the angle or an output is the same to the last digit in many samples while it moves."""
+    signals = [[one.angle for one in series]] if all(one.angle.size for one in series) else []
+    signals += [[one.channels[c].values for one in series] for c in range(len(series[0].channels))]
+    for values in signals:
+        same = pair.difference(values) == 0.0
+        own = values[pair.first][pair.a : pair.a + same.size]
+        # Coarse steps stand still for a few samples, a joint at rest for many, and a fine signal for none.
+        moves = own[2 * _NEAR :] != own[: -2 * _NEAR]
+        stands = own[_NEAR:-_NEAR] == own[_NEAR - 1 : -_NEAR - 1]
+        if moves.any() and min(np.mean(same[_NEAR:-_NEAR][moves]), np.mean(stands[moves])) > MOST_SAME:
+            return True
+    return False
 
 
 def _periods(index: int, one: Series) -> list[Pair]:

@@ -107,3 +107,14 @@ def test_noise_that_no_repeat_shows_asks_for_more_evidence() -> None:
     seen = Context(executor=None, repeat_noise=noise, bin_size=np.ones(1), scout=scout)
     assert seen.alarm(options) == options.alarm
     assert replace(seen, repeat_noise=None).alarm(options) == options.unsure * options.alarm
+
+
+@pytest.mark.parametrize(("noise", "repeats"), [(0.0, 0), (0.03, 1)])
+def test_repeats_that_only_coarse_rounding_makes_alike_show_no_noise(noise: float, repeats: int) -> None:
+    rng = np.random.default_rng(8)
+    current = np.cumsum(rng.normal(size=4000)) / 30.0
+    speed = np.convolve(current, np.ones(50) / 50.0, mode="same")
+    both = [
+        series(current, np.round((speed + noise * rng.normal(size=4000)) / 0.05) * 0.05) for _ in range(2)
+    ]
+    assert len(find_repeats(both)) == repeats
