@@ -18,6 +18,7 @@ from discrepancy.report.pictures import Detectable, Pictures
 from discrepancy.report.spectra import noise_spectra
 from discrepancy.result import GapResult, NamelessTerm, ParameterChange, Rejected, ResultStep, total_gap
 from discrepancy.search.bench import Bench
+from discrepancy.search.known import beyond_motion
 from discrepancy.search.open_questions import next_question
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
@@ -277,7 +278,7 @@ def assemble(
         base_model=model,
         model=new,
         rejected=rejected_candidates(outcome, SearchOptions()),
-        notes=tuple(notes) + outcome.notes,
+        notes=(*notes, *outcome.notes, *beyond_motion(outcome, values)),
         terms=new.effects,
         spline=None if term is None else nameless(term, scorer, floor, judged),
         pictures=make_pictures(outcome, scored[-1].train, model, floor, places[-1]),

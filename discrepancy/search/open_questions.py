@@ -24,15 +24,12 @@ from discrepancy.effects.table import EFFECTS
 from discrepancy.search.choice import Contender
 from discrepancy.search.entries import Entry, only_measurement, others, proposed, revealing
 from discrepancy.search.greedy import Round
+from discrepancy.search.known import GOOD_ERROR, POOR_ERROR, settled
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.outputs import output_counts
 from discrepancy.search.same import Equivalent, exact_equivalents
 
-POOR_ERROR = 0.05
-"""A parameter whose relative standard error is larger counts as poorly known."""
-GOOD_ERROR = POOR_ERROR / math.sqrt(2.0)
-"""What an experiment for a poorly known parameter aims at: a standard error is itself an estimate."""
 MOST_RIVALS = 3
 MOST_TOLD = 3
 """Effects that a reason names one by one."""
@@ -74,7 +71,8 @@ class _Asker:
 
     def wanted(self, rival: Rival, owner: str) -> tuple[Wanted, ...]:
         """Return which parameters of an effect are known too poorly."""
-        told = self.errors.get(owner, {})
+        left = settled(self.outcome, rival.state, owner)
+        told = {name: e for name, e in self.errors.get(owner, {}).items() if name not in left}
         return wanted_of(rival.state, owner, told, (POOR_ERROR, GOOD_ERROR))
 
 

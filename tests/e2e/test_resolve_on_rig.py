@@ -63,8 +63,8 @@ def test_a_question_that_a_sine_leaves_open_is_settled_on_the_rig(tmp_path: Path
     assert told["ended"] == "settled", told
     assert [e["id"] for e in last["effects"]] == ["stribeck_friction"]
     assert last["effects"][0]["equivalents"] == []
-    # What the first answer knew to some ten percent is now known to the 5 % that count as settled.
-    excess = last["effects"][0]["parameters"]["static_excess"]
-    assert excess["std"] < 0.05 * excess["value"]
+    # What no motion settles (the laws' form, the making of the records) stays in the error beside what was settled.
+    begun, excess = (one["effects"][0]["parameters"]["static_excess"] for one in (first, last))
+    assert excess["std"] < 0.5 * begun["std"]
     assert abs(excess["value"] - 0.02) < 4.0 * excess["std"] + 0.001
     assert "settled: nothing is open" in printed

@@ -1,0 +1,49 @@
+"""How well the parameters of a finished model are known, and whose errors another record would make smaller."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from discrepancy.design.question import known_errors, relative_errors
+from discrepancy.effects.table import EFFECTS
+from discrepancy.fitting.parameters import NUISANCES
+from discrepancy.model.schema import Quantity
+from discrepancy.search.outcome import SearchOutcome
+from discrepancy.search.standard_errors import form_variances, robust_covariance
+from discrepancy.search.state import State
+
+POOR_ERROR = 0.05
+"""A parameter whose relative standard error is larger counts as poorly known."""
+GOOD_ERROR = POOR_ERROR / math.sqrt(2.0)
+"""What an experiment for a poorly known parameter aims at: a standard error is itself an estimate."""
+
+
+def settled(outcome: SearchOutcome, state: State, owner: str) -> set[str]:
+    """Return the parameters of an effect that noise, and other forms of its law, leave open by little enough.
+
+    The rest of their error is that of laws which are nearly right and of the making of the recordings: no motion
+    settles it.
+    """
+    fit, bench = state.fit, outcome.bench(state)
+    squares = np.maximum(0.0, np.diag(robust_covariance(outcome.problem, fit, NUISANCES)))
+    if bench is not None:
+        squares += form_variances(bench, outcome.ranges)
+    errors = np.sqrt(squares)
+    own = {p.name: float(e) for p, e in zip(fit.parameters, errors, strict=True) if p.owner == owner}
+    values = {p.name: float(fit.vector[p.slot]) for p in EFFECTS[owner].parameters}
+    return {name for name, e in relative_errors(values, own).items() if e <= POOR_ERROR}
+
+
+def beyond_motion(outcome: SearchOutcome, values: Mapping[tuple[str, str], Quantity]) -> list[str]:
+    """Return a sentence for each parameter that is known poorly though no motion would tell more of it."""
+    if outcome.is_torque:
+        return []
+    last, errors = outcome.steps[-1].state, known_errors(values)
+    return [
+        f"{name} of {owner} is known to {100 * errors[owner][name]:.0f} % only; what is left of its error is not noise "
+        "but that of the laws' form and of the recordings' making: no further motion would settle it"
+        for owner in last.added
+        for name in sorted(settled(outcome, last, owner))
+        if errors.get(owner, {}).get(name, 0.0) > POOR_ERROR
+    ]
