@@ -2,19 +2,19 @@
 
 Each case hides one effect in the emulated controller's physics (without its pseudo-terminal, for speed), beside what a
 first recording session has: a sine of 0.5 A for 10 s, played twice, and a test record. Three arms then play one record
-after the other and ask again after each. The designed arm plays what the answer proposes. The random arm plays a record
-of a kind, amplitude, offset, pace and length (2 to 80 s, evenly in its logarithm) drawn from all that a campaign can
-play, the rig's limits admit and the design chooses from. The `length` arm draws the same, but is given the length of the
-designed arm's record of that round: how much of the gain is the length. An answer is certain when it names the hidden
-effect and nothing else, declares no equivalents but those with the same equations, and leaves nothing open that a
-record could settle (what `--resolve` calls settled). An answer that is not certain and proposes nothing makes the
-designed arm play a random record of 5 s. An arm that has not ended after BUDGET_S, or after RECORDS records, is stopped:
-the designed arm then counts with the whole budget, the others with what they have spent, so that neither rule flatters
-the design.
+after the other and ask again after each. The designed arm plays what the answer proposes. The random arm plays a
+record of a kind, amplitude, offset, pace and length (2 to 80 s, evenly in its logarithm) drawn from all that a campaign
+can play, the rig's limits admit and the design chooses from. The `length` arm draws the same, but is given the length
+of the designed arm's record of that round: how much of the gain is the length. An answer is certain when it names the
+hidden effect and nothing else, declares no equivalents but those with the same equations, and leaves nothing open that
+a record could settle (what `--resolve` calls settled). An answer that is not certain and proposes nothing makes the
+designed arm play a random record of 5 s. An arm that has not ended after BUDGET_S, or after RECORDS records, is
+stopped: the designed arm then counts with the whole budget, the others with what they have spent, so that neither rule
+flatters the design.
 
 The seeds stand here since before anything was run on them; those from 31,000,000, 33,000,000 and 41,000,000 are spent,
-of those from 34,000,000 the first seven, and of those from 35,000,000 the first 13; scored from 36,000,000. Those from 39,000,000 are for
-developing.
+of those from 34,000,000 the first seven, and of those from 35,000,000 the first 13; scored from 36,000,000. Those
+from 39,000,000 are for developing.
 Finished cases are kept in OUT and skipped by the next call.
 
 Run: python -m benchmarks.designed_experiments OUT [SECONDS [FIRST_SEED]]   (SECONDS of CPU after which no further case
@@ -256,7 +256,8 @@ def _ratios(cases: list[dict[str, Any]], arm: str, which: str) -> list[str]:
     draws = np.random.default_rng(0).choice(ratios, size=(BOOTSTRAP, ratios.size))
     low, high = np.quantile(np.median(draws, axis=1), [0.025, 0.975])
     return [
-        f"designed / {arm}, {which}: median ratio {np.median(ratios):.2f} (95 % {low:.2f} to {high:.2f}), {ratios.size} cases"
+        f"designed / {arm}, {which}: median ratio {np.median(ratios):.2f} (95 % {low:.2f} to {high:.2f}), "
+        f"{ratios.size} cases"
     ]
 
 
