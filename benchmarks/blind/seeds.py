@@ -17,11 +17,14 @@ SPENT_SCORING = (range(500_000, 500_100), range(600_000, 601_000), range(700_000
 """Scoring seeds of the first workflow; three of them were looked at, so none is used again."""
 
 OPENED: Mapping[str, int] = {
-    "full": 10,
-    "third": 2,
+    "full": 20,
+    "third": 5,
+    "tenth": 2,
     "two": 1,
-    "null_emulator": 120,
-    "null_white": 80,
+    "null_emulator": 180,
+    "null_white": 140,
+    "null_coloured": 60,
+    "null_quantised": 20,
     "outside": 3,
     "second_full": 2,
 }
