@@ -20,12 +20,12 @@ OPENED: Mapping[str, int] = {
     "full": 20,
     "third": 5,
     "tenth": 2,
-    "two": 1,
+    "two": 2,
     "null_emulator": 180,
     "null_white": 140,
     "null_coloured": 60,
     "null_quantised": 20,
-    "outside": 3,
+    "outside": 7,
     "second_full": 2,
 }
 """Scoring cases an id, by condition, whose answers have been opened; the next scoring begins behind them."""
