@@ -83,14 +83,14 @@ def find_waves(
         if one.channels[0].row == POSITION:
             residual = np.gradient(gaussian_filter1d(residual, max(0.5, _SMOOTH_S / one.step)), one.time_s)
         left = _unexplained(one, residual, speed, joint)
-        for name, factor, through in (
-            ("torque", np.ones_like(speed), joint),
-            ("current", one.input, joint),
-            ("acceleration", slope, joint),
-            ("speed", speed, None),
+        back = left if joint is None else _answer(left[::-1], one.step, joint)[::-1]
+        for name, factor, signal, through in (
+            ("torque", np.ones_like(speed), back, joint),
+            ("current", one.input, back, joint),
+            ("acceleration", slope, back, joint),
+            ("speed", speed, left, None),
         ):
-            back = left if through is None else _answer(left[::-1], one.step, through)[::-1]
-            product = back * factor
+            product = signal * factor
             matched[name] += _transform(one.angle, product - product.mean(), waves.size, travel)
             expected[name] += _expected(factor, speed, waves, through)
     power = {name: matched[name] / expected[name] for name in matched}

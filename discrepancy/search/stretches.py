@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm, t
 
-from discrepancy.data.series import Series, cut_windows, with_starts
+from discrepancy.data.series import Series, cut_windows
 from discrepancy.fitting.levenberg import Fit, fit
 from discrepancy.fitting.problem import SimulationProblem
+from discrepancy.search.halves import part_of
 
 FloatArray = NDArray[np.float64]
 
@@ -49,16 +50,4 @@ def stretch_variances(problem: SimulationProblem, at: Fit) -> FloatArray:
 def _parts(one: Series, count: int) -> list[Series]:
     """Return a record in consecutive parts of equal length."""
     edges = np.linspace(0, one.n, count + 1).astype(int)
-    return [_rows(one, int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
-
-
-def _rows(one: Series, a: int, b: int) -> Series:
-    channels = tuple(replace(c, values=c.values[a:b], weight=c.weight[a:b]) for c in one.channels)
-    fresh = [-int(-k - 1 - a) - 1 for k in one.windows if k < 0 and a < -k - 1 < b]
-    return with_starts(
-        replace(
-            one, time_s=one.time_s[a:b], input=one.input[a:b], channels=channels,
-            angle=one.angle[a:b] if one.angle.size else one.angle,
-            windows=np.array([-1, *fresh], dtype=np.int64),
-        )
-    )  # fmt: skip
+    return [part_of(one, int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True)]
