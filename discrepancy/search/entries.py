@@ -8,6 +8,8 @@ from discrepancy.design.excitations import RAMP_S
 from discrepancy.design.proposal import Proposal
 
 Entry = Mapping[str, Any]  # Any: values of the JSON object
+MOST_TOLD = 3
+"""Effects that a reason names one by one."""
 
 
 def proposed(why: str, separates: Sequence[str], proposal: Proposal) -> dict[str, Any]:
@@ -29,6 +31,22 @@ def revealing(why: str, found: Discovery) -> dict[str, Any]:
     ]
     entry = proposed(why, [one.id for one in found.reveals], found.proposal)
     return {**entry, "reveals": reveals}
+
+
+def why_hidden(found: Discovery, verdict: str) -> str:
+    """Return what a look for hidden effects predicts of those that gain most, after a verdict without names."""
+    told = [
+        f"{one.id} from a {one.parameter.replace('_', ' ')} of {abs(one.then):.2g} {one.unit} on "
+        f"(so far {abs(one.now):.2g})"
+        for one in found.reveals[:MOST_TOLD]
+    ]
+    more = len(found.reveals) - len(told)
+    rest = f", and {more} more" if more > 0 else ""
+    lead = {
+        "none": "an effect weaker than what these records show may still be hidden",
+        "unknown": "no effect of the catalogue explains what is left; weak effects beside it may be hidden",
+    }
+    return f"{lead[verdict]}; this record would show {', '.join(told)}{rest}"
 
 
 def others(measurements: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

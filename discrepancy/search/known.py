@@ -19,20 +19,34 @@ GOOD_ERROR = POOR_ERROR / math.sqrt(2.0)
 """What an experiment for a poorly known parameter aims at: a standard error is itself an estimate."""
 
 
-def settled(outcome: SearchOutcome, state: State, owner: str) -> set[str]:
-    """Return the parameters of an effect that noise, and other forms of its law, leave open by little enough.
+Errors = Mapping[str, float]
 
-    The rest of their error is that of laws which are nearly right and of the making of the recordings: no motion
-    settles it.
+
+def poorly_known(outcome: SearchOutcome, state: State, owner: str, errors: Errors) -> tuple[Errors, Errors]:
+    """Return the poorly known parameters of an effect that another record would tell more of, and those none would.
+
+    Noise, and other forms of the law, are what more records settle. The rest of an error is that of laws which are
+    nearly right and of the making of the recordings: no motion settles it.
+
+    Args:
+        outcome: the finished search.
+        state: a model of it.
+        owner: id of the effect.
+        errors: relative standard errors by name, all parts of them together.
     """
+    poor = {name: error for name, error in errors.items() if error > POOR_ERROR}
+    if not poor:
+        return {}, {}
     fit, bench = state.fit, outcome.bench(state)
     squares = np.maximum(0.0, np.diag(robust_covariance(outcome.problem, fit, NUISANCES)))
     if bench is not None:
         squares += form_variances(bench, outcome.ranges)
-    errors = np.sqrt(squares)
-    own = {p.name: float(e) for p, e in zip(fit.parameters, errors, strict=True) if p.owner == owner}
+    spread = np.sqrt(squares)
+    own = {p.name: float(e) for p, e in zip(fit.parameters, spread, strict=True) if p.owner == owner}
     values = {p.name: float(fit.vector[p.slot]) for p in EFFECTS[owner].parameters}
-    return {name for name, e in relative_errors(values, own).items() if e <= POOR_ERROR}
+    settled = {name for name, error in relative_errors(values, own).items() if error <= POOR_ERROR}
+    asked = {name: error for name, error in poor.items() if name not in settled}
+    return asked, {name: error for name, error in poor.items() if name in settled}
 
 
 def beyond_motion(outcome: SearchOutcome, values: Mapping[tuple[str, str], Quantity]) -> list[str]:
@@ -41,9 +55,8 @@ def beyond_motion(outcome: SearchOutcome, values: Mapping[tuple[str, str], Quant
         return []
     last, errors = outcome.steps[-1].state, known_errors(values)
     return [
-        f"{name} of {owner} is known to {100 * errors[owner][name]:.0f} % only; what is left of its error is not noise "
-        "but that of the laws' form and of the recordings' making: no further motion would settle it"
+        f"{name} of {owner} is known to {100 * error:.0f} % only; what is left of its error is not noise but that of "
+        "the laws' form and of the recordings' making: no further motion would settle it"
         for owner in last.added
-        for name in sorted(settled(outcome, last, owner))
-        if errors.get(owner, {}).get(name, 0.0) > POOR_ERROR
+        for name, error in sorted(poorly_known(outcome, last, owner, errors.get(owner, {}))[1].items())
     ]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.design.discovery import Discovery, discover, search_of
+from discrepancy.design.discovery import discover, search_of
 from discrepancy.design.limits import RigLimits, limits_of_records
 from discrepancy.design.measurements import other_measurement
 from discrepancy.design.prediction import Stage
@@ -22,17 +22,15 @@ from discrepancy.design.question import (
 )
 from discrepancy.effects.table import EFFECTS
 from discrepancy.search.choice import Contender
-from discrepancy.search.entries import Entry, only_measurement, others, proposed, revealing
+from discrepancy.search.entries import Entry, only_measurement, others, proposed, revealing, why_hidden
 from discrepancy.search.greedy import Round
-from discrepancy.search.known import GOOD_ERROR, POOR_ERROR, settled
+from discrepancy.search.known import GOOD_ERROR, POOR_ERROR, poorly_known
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.outputs import output_counts
 from discrepancy.search.same import Equivalent, exact_equivalents
 
 MOST_RIVALS = 3
-MOST_TOLD = 3
-"""Effects that a reason names one by one."""
 LEAST = 0.05
 """Below this share of what is needed by every pair, a proposal does not tell rivals apart."""
 SAFETY = 2.0
@@ -71,8 +69,7 @@ class _Asker:
 
     def wanted(self, rival: Rival, owner: str) -> tuple[Wanted, ...]:
         """Return which parameters of an effect are known too poorly."""
-        left = settled(self.outcome, rival.state, owner)
-        told = {name: e for name, e in self.errors.get(owner, {}).items() if name not in left}
+        told, _ = poorly_known(self.outcome, rival.state, owner, self.errors.get(owner, {}))
         return wanted_of(rival.state, owner, told, (POOR_ERROR, GOOD_ERROR))
 
 
@@ -284,20 +281,4 @@ def _hidden(asker: _Asker) -> Entry | None:
     rest = outcome.ranges, SearchOptions(), outcome.context
     last = outcome.steps[-1].state
     found = discover(search_of(asker.stage(None), last, rest, outcome.context.excluded))
-    return None if found is None else revealing(_could_hide(found, outcome.verdict), found)
-
-
-def _could_hide(found: Discovery, verdict: str) -> str:
-    """Return what the prediction says of the effects that gain most."""
-    told = [
-        f"{one.id} from a {one.parameter.replace('_', ' ')} of {abs(one.then):.2g} {one.unit} on "
-        f"(so far {abs(one.now):.2g})"
-        for one in found.reveals[:MOST_TOLD]
-    ]
-    more = len(found.reveals) - len(told)
-    rest = f", and {more} more" if more > 0 else ""
-    lead = {
-        "none": "an effect weaker than what these records show may still be hidden",
-        "unknown": "no effect of the catalogue explains what is left; weak effects beside it may be hidden",
-    }
-    return f"{lead[verdict]}; this record would show {', '.join(told)}{rest}"
+    return None if found is None else revealing(why_hidden(found, outcome.verdict), found)
