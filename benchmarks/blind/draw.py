@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.blind.conditions import IDS, Condition
+from benchmarks.blind.conditions import IDS, UNCOMBINED, Condition
 from mock_dsp.scenario.effects import EFFECTS
 from mock_dsp.scenario.schema import Effect
 
@@ -22,9 +22,6 @@ _FIXED = (
 )
 _SCALED_TIMES = ("current_loop_lag", "speed_filter_lag")
 _WHERE_IT_STANDS = ("lower_rad", "upper_rad")
-_ALONE = frozenset({"rectified_speed_sensor", "current_sensor_gain", "inverter_dead_time"})
-"""Not combined: another layout of the recording, another torque constant in disguise, and what the loop takes away."""
-
 _KINSHIP = (
     frozenset(
         {"coulomb_friction", "asymmetric_coulomb_friction", "stribeck_friction", "presliding_hysteresis"}
@@ -86,7 +83,7 @@ def _weaken(name: str, parameter: str, value: float, strength: float) -> float:
 
 def related(first: str, second: str) -> bool:
     """Return whether two effects may not stand in one case."""
-    if first == second or {first, second} & _ALONE:
+    if first == second or {first, second} & UNCOMBINED:
         return True
     return any({first, second} <= group for group in _KINSHIP)
 
@@ -97,10 +94,7 @@ def _companion(names: list[str], pool: tuple[str, ...], generator: np.random.Gen
 
 
 def draw_case(condition: Condition, name: str, generator: np.random.Generator) -> Drawn:
-    """Draw the effects of one case; `name` is the first of the hidden ones, if any is hidden.
-
-    An effect that is not combined with others is hidden alone, under a base model without effects.
-    """
+    """Draw the effects of one case; `name` is the first of the hidden ones, if any is hidden."""
     names = [name] if condition.hidden else []
     while 0 < len(names) < condition.hidden:
         found = _companion(names, IDS, generator)

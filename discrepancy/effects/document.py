@@ -29,12 +29,13 @@ def describe(effect: Effect) -> str:
         f"{p.meaning}{'' if p.free else ' (from the starting grid)'} |"
         for p in effect.parameters
     )
+    drivers = " and ".join(one for one in (effect.driver, effect.second_driver) if one is not None)
     confused = ", ".join(f"`{name}`" for name in effect.confused_with) or "nothing in the catalogue"
     return f"""## {effect.id}
 
 `{effect.equation}`
 
-Port: {effect.port.value}. Acts through: {effect.driver}. Signature: {effect.signature}.
+Port: {effect.port.value}. Acts through: {drivers}. Signature: {effect.signature}.
 Easily confused with: {confused}. Judged by torque: {"yes" if effect.inverse else "no"}. Reference: {effect.reference}.
 
 | parameter | unit | bounds | meaning |

@@ -17,12 +17,16 @@ def _starts(r: Ranges) -> list[Start]:
 
 
 def _limits(r: Ranges) -> dict[str, tuple[float, float]]:
-    """Keep each stop in its own outer part of the travel and stiff enough to be one."""
+    """Keep each stop in its own outer part of the travel and stiff enough to be one.
+
+    A spring that adds a tenth of the motor's torque over the whole travel, and no softer one: pressed against a bound
+    that is too high, a soft stop would be fitted as a joint whose inertia is larger than the nameplate's.
+    """
     travel = r.high - r.low
     return {
         "high": (r.high - 0.4 * travel, r.high + 10.0 * travel),
         "low": (r.low - 10.0 * travel, r.low + 0.4 * travel),
-        "stiffness": (min(2.0 * r.torque / travel, 0.1 * stiffest(r)), stiffest(r)),
+        "stiffness": (min(0.1 * r.torque / travel, 0.1 * stiffest(r)), stiffest(r)),
         "damping": (0.0, 20.0 * r.torque / r.speed),
     }
 

@@ -12,7 +12,8 @@ LOAD_DEPENDENT_FRICTION = Effect(
     id="load_dependent_friction",
     port=Port.TORQUE,
     driver="current_A",
-    equation="tau = -mu |Kt i| sign(w)",
+    second_driver="speed_rad_s",
+    equation="tau = -mu |tau_c| sign(w); tau_c = Kt i less the ripple, behind a belt or gap what that carries",
     parameters=(
         EffectParameter(
             name="coefficient",

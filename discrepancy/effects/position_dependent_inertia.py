@@ -12,6 +12,11 @@ def _starts(r: Ranges) -> list[Start]:
     ]
 
 
+def _limits(r: Ranges) -> dict[str, tuple[float, float]]:
+    # A longer wave is a constant within the travel: the inertia's own size, against which all else is measured.
+    return {"wave_number": (min(1.0, 0.7 / (r.high - r.low)), 100.0)}
+
+
 POSITION_DEPENDENT_INERTIA = Effect(
     id="position_dependent_inertia",
     port=Port.TORQUE,
@@ -44,6 +49,7 @@ POSITION_DEPENDENT_INERTIA = Effect(
         ),
     ),
     starts=_starts,
+    limits=_limits,
     signature="torque residual proportional to the acceleration, with a sign that depends on the angle",
     confused_with=("gravity_unbalance", "torque_ripple"),
     reference="J. J. Craig, Introduction to Robotics, ch. 6",

@@ -99,6 +99,7 @@ class Effect:
 
     Attributes:
         driver: the variable it acts through: a recording's column, `acceleration_rad_s2`, `time_s` or `frequency`.
+        second_driver: a further variable that its law cannot do without, None for a law of one variable.
         starts: starting values as functions of the signals' sizes; constants that are not free are set here.
         contains: effects that this one reproduces exactly for some values of its parameters.
         shared: parameter names that are dropped (held neutral) when the effect named there is already in the model.
@@ -118,6 +119,7 @@ class Effect:
     signature: str
     confused_with: tuple[str, ...]
     reference: str
+    second_driver: str | None = None
     contains: tuple[str, ...] = ()
     shared: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     limits: Callable[[Ranges], Mapping[str, tuple[float, float]]] | None = None

@@ -64,10 +64,32 @@ def choose(
         if rival.name not in EFFECTS[best.name].contains:
             continue
         # What the richer law closes beyond the simpler one, against all that it closes.
-        extra = np.sqrt(np.maximum(0.0, best.closed**2 - rival.closed**2))
-        if np.all(extra < np.maximum(least, options.simpler * best.closed)):
+        if np.all(_apart(best, rival) < np.maximum(least, options.simpler * best.closed)):
             best = rival
+    best = _fewest_parameters(best, passing, options, context)
     return _fewest_names(best, passing, options, before)
+
+
+def _fewest_parameters(
+    best: Contender, passing: Sequence[Contender], options: SearchOptions, context: Context
+) -> Contender:
+    """Return the law with the fewest parameters among those that differ from the best by less than forms err.
+
+    No reduced law is exact, and one with more parameters follows the form errors of the right one too. The best is then
+    declared equivalent.
+    """
+    same = [
+        c
+        for c in passing
+        if np.all(_apart(best, c) <= options.form_error * best.closed)
+        and _inseparable(best, c, options, context)
+    ]
+    return min([best, *same], key=own_size)
+
+
+def _apart(first: Contender, second: Contender) -> FloatArray:
+    """Return what the first closes beyond the second, rms by output in units of one sample's noise, shape (C,)."""
+    return np.asarray(np.sqrt(np.maximum(0.0, first.closed**2 - second.closed**2)))
 
 
 def _fewest_names(
@@ -83,9 +105,8 @@ def _fewest_names(
 
 def _inseparable(winner: Contender, rival: Contender, options: SearchOptions, context: Context) -> bool:
     """Return whether this data cannot tell two contenders apart."""
-    apart = np.sqrt(np.maximum(0.0, winner.closed**2 - rival.closed**2))
     close = winner.fall - rival.fall < options.doubt
-    return close or bool(np.all(apart < 0.5 * context.material(options, ())))
+    return close or bool(np.all(_apart(winner, rival) < 0.5 * context.material(options, ())))
 
 
 def _least_to_replace(

@@ -2,7 +2,8 @@
 
 Effects that enter one by one are judged while the later ones are still missing: a law may have been taken for following
 two effects a little each. With all the others in the model it competes again with the whole catalogue (the exchange
-step of floating forward selection, P. Pudil et al., Pattern Recognition Letters 15, 1994).
+step of floating forward selection, P. Pudil et al., Pattern Recognition Letters 15, 1994). A law with fewer parameters
+that these data cannot tell from the named one takes its place too.
 """
 
 from collections.abc import Sequence
@@ -44,7 +45,8 @@ def exchange(
         if winner is None or winner.name == name or name in winner.state.added:
             continue
         better = with_best_smoothing(problem, refit(problem, winner.state, ranges, AGAIN))
-        if not _is_better(done, (better, current), ranges, limits):
+        simpler = better.size < current.size and name in done.equivalents
+        if not simpler and not _is_better(done, (better, current), ranges, limits):
             continue
         kept = [step for step in steps if step.added is None or step.added in better.added]
         step = Step(

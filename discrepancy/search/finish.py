@@ -7,13 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discrepancy.effects.spec import Port, Ranges
-from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
 from discrepancy.search.bench import make_bench
 from discrepancy.search.beside import locate_beside
 from discrepancy.search.context import Context
-from discrepancy.search.curves import called, judge_curves
+from discrepancy.search.curves import judge_curves
 from discrepancy.search.doubts import find_doubts
 from discrepancy.search.exchange import exchange
 from discrepancy.search.greedy import Round, run_round
@@ -21,6 +20,7 @@ from discrepancy.search.noise import measure_noise, residual_parts, waves_left
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.pairs import find_pair
+from discrepancy.search.patchwork import driver_id, patchwork, place_of, still_shown
 from discrepancy.search.prune import prune
 from discrepancy.search.remainder import find_remainder
 from discrepancy.search.rough import settle_rough
@@ -33,9 +33,6 @@ from discrepancy.search.state import (
 )
 
 FloatArray = NDArray[np.float64]
-MANY_MINOR = 3
-MINOR_SHARE = 0.15
-"""An effect that closes less than this part of all that was closed is minor."""
 SHAKEN = 0.15
 """A name is taken back if what nobody explains is more than this part of what it closed."""
 
@@ -99,7 +96,10 @@ def _accept(
         # What finer samples have shown stays: a fit to the coarse ones would make up for their steps.
         current = refit(problem, settle_rough(fine, winner.state, ranges), ranges, 0)
     else:
-        current = with_best_form(problem, refit(problem, winner.state, ranges, 3), winner.name, ranges)
+        current = refit(problem, winner.state, ranges, 3)
+        # A form was chosen while later effects were missing: with each of them it is asked for again.
+        for name in reversed(current.added):
+            current = with_best_form(problem, current, name, ranges)
         current = with_best_smoothing(problem, current)
     step = Step(
         state=current, added=winner.name, equivalents=done.equivalents, fall=winner.fall, closed=winner.closed
@@ -121,8 +121,10 @@ def _conclude(
 ) -> SearchOutcome:
     """Ask whether the names explain it all; take doubtful ones back and say where the rest lies."""
     ranges, options, context = rest
-    patched = patchwork(outcome)
     bench = make_bench(outcome.problem, outcome.steps[-1].state, ranges, context)
+    patched = patchwork(outcome.steps)
+    if patched:
+        patched = patchwork(outcome.steps, still_shown(bench, options, names))
     doubts = find_doubts(bench, (ranges, options), names)
     doubt = doubts[0] if doubts else None
     if doubt is None and not patched:
@@ -144,23 +146,17 @@ def _shaken(
 ) -> set[str]:
     """Return the names that doubts take back: those over their variables, and those that explained little more."""
     left, names = rest
-    places = {(one.port, _driver_id(one, names)) for one in doubts}
+    places = {(one.port, driver_id(one, names)) for one in doubts}
     return {
         str(step.added)
         for step in outcome.steps[1:]
-        if _place_of(step) in places or not np.any(_stands_out(step, left))
+        if place_of(step) in places or not np.any(_stands_out(step, left))
     }
 
 
 def _stands_out(step: Step, left: FloatArray) -> NDArray[np.bool_]:
     """Return in which outputs a step closed much more than what is left, shape (C,)."""
     return np.asarray((step.closed > SearchOptions().material_noise) & (left <= SHAKEN * step.closed))
-
-
-def _driver_id(place: Place, names: Mapping[str, str]) -> str:
-    """Return the catalogue's word for a place's driver."""
-    drivers = {effect.driver for effect in EFFECTS.values()}
-    return next((name for name in called(place, names) if name in drivers), place.driver)
 
 
 def _without_steps(
@@ -180,7 +176,7 @@ def _conclude_torque(
 ) -> SearchOutcome:
     """Do the same for a torque balance, whose residual shows its driver without any simulation."""
     problem, first = outcome.problem, outcome.steps[0].state
-    patched = patchwork(outcome)
+    patched = patchwork(outcome.steps)
     unknown = find_remainder(problem, first, outcome.steps[-1].state, context, names)
     if unknown is None and not patched:
         return outcome
@@ -200,29 +196,6 @@ def _placed_beside(outcome: SearchOutcome, names: Mapping[str, str]) -> SearchOu
     return replace(outcome, unknown=place) if place.share > outcome.unknown.share else outcome
 
 
-def patchwork(outcome: SearchOutcome) -> frozenset[str]:
-    """Return the laws that were patched together because the right one is not in the catalogue.
-
-    A second law over the same variable that closes little beside the first says that the first has the wrong form;
-    so do
-    three or more small ones over any variable.
-    """
-    added = [step for step in outcome.steps if step.added is not None]
-    total = np.sqrt(sum((step.closed**2 for step in added), np.zeros(1)))
-    minor = [step for step in added if np.all(step.closed < MINOR_SHARE * total)]
-    doubted = {str(step.added) for step in minor} if len(minor) >= MANY_MINOR else set()
-    for small in minor:
-        for big in added:
-            if big not in minor and _place_of(big) == _place_of(small):
-                doubted |= {str(small.added), str(big.added)}
-    return frozenset(doubted)
-
-
-def _place_of(step: Step) -> tuple[Port, str]:
-    effect = EFFECTS[str(step.added)]
-    return effect.port, effect.driver
-
-
 def _withdraw(
     outcome: SearchOutcome, unknown: Place | None, rest: tuple[Ranges, Mapping[str, str], frozenset[str]]
 ) -> SearchOutcome:
@@ -230,8 +203,8 @@ def _withdraw(
     ranges, names, patched = rest
     if unknown is None:
         return outcome
-    place = (unknown.port, _driver_id(unknown, names))
-    doubted = patched | {str(step.added) for step in outcome.steps[1:] if _place_of(step) == place}
+    place = (unknown.port, driver_id(unknown, names))
+    doubted = patched | {str(step.added) for step in outcome.steps[1:] if place_of(step) == place}
     kept = _without_steps(outcome, doubted, ranges)
     state = kept[-1].state
     places = locate(outcome.problem.series, residual_parts(outcome.problem, state), state.fit.vector, names)

@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from benchmarks.blind.conditions import CONDITIONS, IDS, Case, list_cases
+from benchmarks.blind.conditions import CONDITIONS, IDS, UNCOMBINED, Case, list_cases
 from benchmarks.blind.draw import draw_case, draw_parameters, related
 from benchmarks.blind.emulated import Made, make_emulated
 from benchmarks.blind.gap import Linear, gap_of, rms
@@ -70,6 +70,13 @@ def test_effects_hidden_together_are_no_kin() -> None:
         names = [effect.id for effect in drawn.hidden]
         assert len(names) == 3
         assert not any(related(a, b) for a, b in combinations(names, 2))
+
+
+@pytest.mark.parametrize("name", ["two", "three", "held"])
+def test_an_effect_that_is_not_combined_counts_for_no_combination(name: str) -> None:
+    assert {case.id for case in list_cases(name, scoring=False, count=1)} == set(IDS) - UNCOMBINED
+    with pytest.raises(ValueError, match="has no id"):
+        list_cases(name, scoring=False, ids=("rectified_speed_sensor",), count=1)
 
 
 def test_a_seed_makes_the_same_case_again() -> None:
@@ -159,4 +166,5 @@ def test_scoring_begins_behind_the_cases_that_have_been_opened(name: str) -> Non
     condition, opened = CONDITIONS[name], OPENED[name]
     start = scoring_seeds(condition.number).start
     drawn = {case.seed - start for case in list_cases(name, scoring=True, count=3)}
-    assert drawn == {PER_ID * j + opened + k for j in range(len(condition.ids)) for k in range(3)}
+    counted = [j for j, one in enumerate(condition.ids) if one in condition.counted]
+    assert drawn == {PER_ID * j + opened + k for j in counted for k in range(3)}

@@ -1,4 +1,4 @@
-"""One law that explains it goes before two that explain it as well."""
+"""One law that explains it goes before two that explain it as well, a simple one before one of more parameters."""
 
 from dataclasses import replace
 
@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from discrepancy.data.series import read_series
+from discrepancy.effects.table import EFFECTS
+from discrepancy.fitting.parameters import fit_parameter
 from discrepancy.model.schema import JointModel
 from discrepancy.search.choice import Contender, choose, equivalents_of
 from discrepancy.search.options import SearchOptions
@@ -45,3 +47,21 @@ def test_the_two_names_together_are_the_other_answer(friction: Prepared) -> None
     dip = contender(friction, ("stribeck_friction",), 300.0)
     found = equivalents_of(dip, [delay, dip], LIMITS, friction.context)
     assert found == (("coulomb_friction", "transport_delay"),)
+
+
+@pytest.mark.parametrize(("closed", "named"), [(2.9999, "current_loop_lag"), (2.999, "belt_compliance")])
+def test_a_lag_goes_before_a_belt_that_fits_better_by_less_than_forms_err(
+    friction: Prepared, closed: float, named: str
+) -> None:
+    def rival(name: str, closed: float, fall: float) -> Contender:
+        effect = EFFECTS[name]
+        own = [fit_parameter(effect, one, friction.ranges) for one in effect.parameters if one.free]
+        fit = replace(friction.state.fit, parameters=(*friction.state.fit.parameters, *own))
+        state = replace(friction.state, added=(*friction.state.added, name), fit=fit)
+        amount = np.array([closed])
+        return Contender(name=name, state=state, white_loss=0.0, fall=fall, closed=amount, part=1.0)
+
+    belt, lag = rival("belt_compliance", 3.0, 50_000.0), rival("current_loop_lag", closed, 49_900.0)
+    winner = choose([belt, lag], LIMITS, (friction.state, friction.context))
+    assert winner is not None
+    assert winner.name == named

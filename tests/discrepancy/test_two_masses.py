@@ -65,6 +65,38 @@ def test_a_load_that_sticks_lets_the_motor_wind_up_the_belt() -> None:
     assert np.all(simulate({**BELT, s.LOAD_FRICTION_SHARE: 0.0, s.COULOMB: 0.5}, steady)[0] == 0.0)
 
 
+def test_friction_behind_the_belt_grows_with_what_the_belt_carries() -> None:
+    steady, grip = np.full(TIME.size, 0.5), 0.3
+    damping = 2.0 * 0.2 * np.sqrt(STIFFNESS * 0.5 * SHARE * (1.0 - SHARE))
+
+    def slope(t: float, x: FloatArray) -> list[float]:
+        w, v, twist = x
+        shaft = STIFFNESS * twist + damping * (w - v)
+        # A drive that never turns: the load only goes forward, and so does friction not change its sign.
+        load = shaft - 0.9 * v - (grip * abs(shaft) if v > 0.0 else np.sign(shaft) * grip * abs(shaft))
+        return [(0.5 - shaft) / (0.5 * (1.0 - SHARE)), load / (0.5 * SHARE), w - v]
+
+    truth = solve_ivp(slope, (0.0, TIME[-1]), np.zeros(3), t_eval=TIME, rtol=1e-9, atol=1e-11)
+    rubbing = {**BELT, s.LOAD_FRICTION_SHARE: 1.0, s.LOAD_FRICTION: grip}
+    found = simulate(rubbing, steady)[0]
+    assert np.all(truth.y[1][1:] > 0.0)
+    assert np.max(np.abs(found - truth.y[0])) < 2e-3 * np.max(truth.y[0])
+
+
+def test_a_ripple_loads_the_friction_that_grows_with_the_load() -> None:
+    grip, wave, start = 0.2, 2.0, 0.6
+    vector = s.neutral_vector()
+    vector[s.INERTIA], vector[s.VISCOUS] = 0.5, 1e-9
+    vector[s.RIPPLE_SIN], vector[s.RIPPLE_WAVE], vector[s.LOAD_FRICTION] = 0.3, wave, grip
+    vector[s.MAX_STEP] = 2e-4
+    out = simulate_record(
+        vector, TIME, np.zeros(TIME.size), np.empty(0), np.array([-1]), np.array([[0.0, start]])
+    )
+    # Without current it swings in a hollow of the ripple; friction takes its part on the way down and on the way up.
+    height = (1.0 - grip) / (1.0 + grip) * (1.0 - np.cos(wave * start))
+    assert out[1].min() == pytest.approx(-np.arccos(1.0 - height) / wave, rel=1e-3)
+
+
 @pytest.mark.parametrize("too", [0.0, 1.0])
 def test_a_filter_at_the_sensor_delays_the_angle_as_it_does_the_speed(too: float) -> None:
     free = simulate({})

@@ -72,12 +72,13 @@ def _next_speeds(
 
     `state` holds speed, angle, acceleration, speed and acceleration of the load, and twist; `at` sub-step and time, s,
     and whether any dry friction is on. Weight, stops and what else depends on the joint's angle act behind the shaft,
-    friction on both sides of it by its share, ripple at the motor.
+    friction on both sides of it by its share, ripple at the motor. Friction that grows with the load follows what
+    arrives at its body: the motor's torque with its ripple, or the shaft's.
     """
     w, angle, accel, load, load_accel, twist = state
     h, time, is_dry = at
-    torque = motor_torque(p, current, time)
     q = angle + 0.5 * h * w
+    torque = motor_torque(p, current, time) - ripple_torque(p, q, current)
     inertia, reaction = inertia_at(p, q)
     has_load = p[s.LOAD_SHARE] > 0.0
     body = load if has_load else w
@@ -88,16 +89,14 @@ def _next_speeds(
         drive -= bristle_torque(p, springs, middle * h)
     viscous = viscous_coefficient(p, body, time)
     if not has_load:
-        drive += torque - ripple_torque(p, q, current)
-        return _move(p, w, h, drive, (inertia, viscous, torque, accel, 1.0), is_dry), load
+        return _move(p, w, h, drive + torque, (inertia, viscous, torque, accel, 1.0), is_dry), load
     behind = p[s.LOAD_FRICTION_SHARE]
     shaft = _shaft_torque(p, (w, load, twist), h)
     front = p[s.INERTIA] * (1.0 - p[s.LOAD_SHARE])
     rest = max(0.05 * p[s.INERTIA] * p[s.LOAD_SHARE], inertia - front)
-    moved = _move(p, load, h, drive + shaft, (rest, viscous * behind, torque, load_accel, behind), is_dry)
+    moved = _move(p, load, h, drive + shaft, (rest, viscous * behind, shaft, load_accel, behind), is_dry)
     viscous = viscous_coefficient(p, w, time) * (1.0 - behind)
-    drive = torque - ripple_torque(p, q, current) - shaft
-    return _move(p, w, h, drive, (front, viscous, torque, accel, 1.0 - behind), is_dry), moved
+    return _move(p, w, h, torque - shaft, (front, viscous, torque, accel, 1.0 - behind), is_dry), moved
 
 
 @njit(cache=True, error_model="numpy", inline="always")
