@@ -15,7 +15,7 @@ from discrepancy.search.context import Context
 from discrepancy.search.curves import judge_curves
 from discrepancy.search.doubts import find_doubts
 from discrepancy.search.exchange import exchange
-from discrepancy.search.greedy import Round, run_round
+from discrepancy.search.greedy import Round, closed_amount, run_round
 from discrepancy.search.noise import measure_noise, residual_parts, waves_left
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
@@ -35,6 +35,8 @@ from discrepancy.search.state import (
 FloatArray = NDArray[np.float64]
 SHAKEN = 0.15
 """A name is taken back if what nobody explains is more than this part of what it closed."""
+STILL = 0.5
+"""When a name is taken back, another goes with it that closes less than this part of what it closed beside it."""
 
 
 def search(
@@ -132,7 +134,7 @@ def _conclude(
     if len(outcome.steps) == 1:
         return replace(outcome, unknown=doubt)
     doubted = patched | (_shaken(outcome, doubts, (bench.excess, names)) if doubts else set())
-    kept = _without_steps(outcome, doubted, ranges)
+    kept = without_steps(outcome, doubted, ranges)
     if doubted:
         curves = judge_curves(make_bench(outcome.problem, kept[-1].state, ranges, context), names)
         places = [curve.place for curve in curves]
@@ -159,15 +161,23 @@ def _stands_out(step: Step, left: FloatArray) -> NDArray[np.bool_]:
     return np.asarray((step.closed > SearchOptions().material_noise) & (left <= SHAKEN * step.closed))
 
 
-def _without_steps(
+def without_steps(
     outcome: SearchOutcome, doubted: frozenset[str] | set[str], ranges: Ranges
 ) -> tuple[Step, ...]:
-    """Return the steps without doubted effects, fitted again."""
-    kept = [outcome.steps[0]]
+    """Return the steps without doubted effects, fitted again, and without those that closed much beside them only."""
+    problem, context = outcome.problem, outcome.context
+    kept, gone = [outcome.steps[0]], set(doubted)
     for step in outcome.steps[1:]:
-        if step.added not in doubted:
-            gone = [name for name in doubted if name in step.state.added]
-            kept.append(replace(step, state=refit(outcome.problem, without(step.state, gone), ranges, 8)))
+        if step.added in gone:
+            continue
+        state = refit(
+            problem, without(step.state, [name for name in gone if name in step.state.added]), ranges, 8
+        )
+        closed = closed_amount(problem, context, (kept[-1].state, state))
+        if gone and np.all(closed < STILL * step.closed):
+            gone.add(str(step.added))
+        else:
+            kept.append(replace(step, state=state))
     return tuple(kept)
 
 
@@ -205,7 +215,7 @@ def _withdraw(
         return outcome
     place = (unknown.port, driver_id(unknown, names))
     doubted = patched | {str(step.added) for step in outcome.steps[1:] if place_of(step) == place}
-    kept = _without_steps(outcome, doubted, ranges)
+    kept = without_steps(outcome, doubted, ranges)
     state = kept[-1].state
     places = locate(outcome.problem.series, residual_parts(outcome.problem, state), state.fit.vector, names)
     same = [place for place in places if place.driver == unknown.driver and place.port == unknown.port]
