@@ -8,7 +8,8 @@ this for all lengths of a candidate (`information.py`).
 
 The candidate that shows most effects per second is chosen; a record costs what it lasts and `OVERHEAD_S`. Effects that
 no candidate shows do not count. A record like those that there are already shows little that they do not: where no
-candidate shows `LEAST_SHOWN` of the effects, the rig has said what it can, and nothing is proposed.
+candidate shows `LEAST_SHOWN` of the effects, or the best one is worth less than `LEAST_WORTH`, the rig has said what it
+can, and nothing is proposed.
 """
 
 from collections.abc import Collection, Sequence
@@ -47,6 +48,8 @@ SHOWN = 0.8
 """An effect is listed if the strength from which it would show falls below this part of what it is now."""
 LEAST_SHOWN = 0.25
 """Least part of the effects that a record must be expected to show."""
+LEAST_WORTH = 0.1
+"""Least part of the way to being named that a record must bring the effects, on average over the catalogue."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,7 +143,8 @@ def discover(search: Search) -> Discovery | None:
     for outlook, k in ranked([*outlooks, *_looked(search, stage, more)], items):
         length = float(outlook.lengths[k])
         if stage.limits.allows({**outlook.candidate.excitation, "ramp_s": RAMP_S}, length):
-            return _discovery(search, outlook, k)
+            found = _discovery(search, outlook, k)
+            return found if found.proposal.worth >= LEAST_WORTH else None
     return None
 
 

@@ -9,7 +9,7 @@ import pytest
 from daq.recording.recording import Recording, recording_from_columns
 from discrepancy.data.series import read_series
 from discrepancy.design.campaign import campaign
-from discrepancy.design.discovery import LONGEST_S, Discovery, Search, discover, search_of
+from discrepancy.design.discovery import LEAST_WORTH, LONGEST_S, Discovery, Search, discover, search_of
 from discrepancy.design.excitations import RAMP_S, waveform
 from discrepancy.design.limits import RigLimits
 from discrepancy.design.prediction import Stage
@@ -114,6 +114,18 @@ def test_what_has_been_played_is_not_worth_playing_again() -> None:
     records = [played(SLOW, 10.0, seed) for seed in (1, 2)]
     again = discover(sought(prepared([*records, played(dict(first.excitation), first.duration_s, 3)])))
     assert again is None or again.proposal.worth < first.worth
+
+
+def test_playing_on_comes_to_an_end() -> None:
+    records, worths = [played(SLOW, 10.0, seed) for seed in (1, 2)], list[float]()
+    for seed in range(3, 9):
+        found = discover(sought(prepared(records)))
+        if found is None:
+            break
+        worths.append(found.proposal.worth)
+        records.append(played(dict(found.proposal.excitation), found.proposal.duration_s, seed))
+    assert len(worths) < 6
+    assert min(worths) >= LEAST_WORTH
 
 
 def test_a_rig_that_takes_nothing_gets_no_proposal() -> None:
