@@ -32,10 +32,12 @@ CHANGE_SIGMAS = 4.0
 
 
 def quantities(
-    outcome: SearchOutcome, state: State, bench: Bench | None, model: JointModel
+    outcome: SearchOutcome, step: Step, bench: Bench | None, model: JointModel
 ) -> dict[tuple[str, str], Quantity]:
     """Return all fitted and constant parameters with standard errors, by (owner, name)."""
-    errors = standard_errors(outcome.problem, state.fit, (bench, outcome.ranges))
+    state, errors = step.state, step.errors
+    if errors is None:
+        errors = standard_errors(outcome.problem, state.fit, (bench, outcome.ranges))
     column = 1 if model.is_linear_axis else 0
     found: dict[tuple[str, str], Quantity] = {}
     for i, parameter in enumerate(state.fit.parameters):
@@ -242,8 +244,7 @@ def assemble(
     benches = [outcome.bench(step.state) for step in outcome.steps]
     places = [outcome.places(step.state, bench) for step, bench in zip(outcome.steps, benches, strict=True)]
     known = [
-        quantities(outcome, step.state, bench, model)
-        for step, bench in zip(outcome.steps, benches, strict=True)
+        quantities(outcome, step, bench, model) for step, bench in zip(outcome.steps, benches, strict=True)
     ]
     steps = [
         result_step(step, values, before, curves, floor)

@@ -19,7 +19,8 @@ from discrepancy.fitting.free_run import MOST_WINDOWS, best_free_run
 from discrepancy.fitting.levenberg import fit
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.search.halves import part_of
-from discrepancy.search.outcome import SearchOutcome
+from discrepancy.search.outcome import SearchOutcome, Step
+from discrepancy.search.standard_errors import standard_errors
 from discrepancy.search.state import State
 
 FloatArray = NDArray[np.float64]
@@ -52,8 +53,10 @@ def choose_parameters(
     if not others < mine:
         return outcome
     windows = outcome.problem
-    moved = fit(windows, last.fit.parameters, other.fit.vector, windows.initial_starts(), 0)
-    steps = (*outcome.steps[:-1], replace(outcome.steps[-1], state=replace(last, fit=moved)))
+    steps = (
+        *_nearer(outcome.steps[:-1], balance, (windows, whole)),
+        _taken(outcome.steps[-1], balance, windows),
+    )
     size = windows.noise.sigma[windows.series[0].channels[0].name]
     note = (
         "the last model's parameters are those of the torque balance: over parts of the motion that were not fitted "
@@ -61,6 +64,36 @@ def choose_parameters(
         "unit)"
     )
     return replace(outcome, steps=steps, notes=(*outcome.notes, note))
+
+
+def _nearer(
+    steps: Sequence[Step], balance: SearchOutcome, rest: tuple[SimulationProblem, Sequence[Series]]
+) -> list[Step]:
+    """Return the earlier steps, with the torque balance's parameters where the free run over all records is nearer."""
+    windows, whole = rest
+    free = replace(windows, series=tuple(whole))
+    found = []
+    for step in steps:
+        if step.added is not None and any(
+            sorted(one.state.added) == sorted(step.state.added) for one in balance.steps
+        ):
+            taken = _taken(step, balance, windows)
+            vectors = step.state.fit.vector, taken.state.fit.vector
+            mine, other = (best_free_run(free, (), vector).loss for vector in vectors)
+            step = taken if other < mine else step
+        found.append(step)
+    return found
+
+
+def _taken(step: Step, balance: SearchOutcome, windows: SimulationProblem) -> Step:
+    """Return a step with the parameters that the torque balance of the same effects has, and their standard errors."""
+    state = next(one.state for one in balance.steps if sorted(one.state.added) == sorted(step.state.added))
+    errors = standard_errors(balance.problem, state.fit, (None, balance.ranges))
+    moved = fit(windows, step.state.fit.parameters, state.fit.vector, windows.initial_starts(), 0)
+    known = {p.slot: float(error) for p, error in zip(state.fit.parameters, errors, strict=True)}
+    # What only the simulation has (a smoothing of the output) is none of the joint's parameters.
+    own = np.array([known.get(p.slot, 0.0) for p in moved.parameters])
+    return replace(step, state=replace(step.state, fit=moved), errors=own)
 
 
 def motion_kinds(one: Series) -> IntArray:

@@ -24,13 +24,18 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """One accepted model, base first."""
+    """One accepted model, base first.
+
+    Attributes:
+        errors: standard errors of the fitted values, shape (p,), where another fit than the search's gave these.
+    """
 
     state: State
     added: str | None
     equivalents: tuple[Equivalent, ...] = ()
     fall: float = 0.0
     closed: FloatArray = field(default_factory=lambda: np.zeros(1))
+    errors: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

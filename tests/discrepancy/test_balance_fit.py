@@ -84,6 +84,12 @@ def test_parameters_that_only_cancel_over_this_course_of_the_motion_do_not_stand
     before, after = (one.steps[-1].state.fit.vector[s.INERTIA] for one in (simulated, chosen))
     assert abs(after - MASS_KG) < 0.7 * abs(before - MASS_KG)
     assert "those of the torque balance" in chosen.notes[-1]
+    # Its errors are those of that fit too, not of a position that drifts.
+    last = chosen.steps[-1]
+    assert last.errors is not None
+    errors = {p.name: float(e) for p, e in zip(last.state.fit.parameters, last.errors, strict=True)}
+    assert 0.0 < errors["mass"] < 0.02 * MASS_KG
+    assert 0.0 < errors["level"] < 2.0
 
 
 def test_other_names_keep_their_own_parameters() -> None:
