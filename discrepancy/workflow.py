@@ -102,8 +102,12 @@ def run_gap(
     context = prepared.context
     if model.input == "current_A" and all("current_ref_A" in record.columns for record in train_records):
         context = replace(context, excluded=context.excluded | BEFORE_THE_SENSOR)
-    outcome = search(prepared.problem, prepared.state, prepared.ranges, chosen.search, context, names)
-    if not any(channel.row == SPEED for channel in train[0].channels):
+    has_speed = any(channel.row == SPEED for channel in train[0].channels)
+    # A position drifts, and names taken for following the drift would be exchanged one for another at length: there the
+    # torque balance is the second opinion.
+    limits = replace(chosen.search, exchanges=chosen.search.exchanges and has_speed)
+    outcome = search(prepared.problem, prepared.state, prepared.ranges, limits, context, names)
+    if not has_speed:
         whole = [bin_series(one, prepared.factor) for one in train]
         balance = _balance_of_position(model, train_records, chosen)
         outcome = outcome if balance is None else choose_names(outcome, balance, whole)

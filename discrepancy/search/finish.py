@@ -63,7 +63,8 @@ def search(
         taken = [one for one in (pair or (done,)) if one.winner is not None]
         if not taken:
             # With a better law in the place of one that was taken early, further effects may show.
-            swapped = exchange(problem, (current, steps), ranges, (options, replace(context, closed=closed)))
+            rest = options, replace(context, closed=closed)
+            swapped = exchange(problem, (current, steps), ranges, rest) if options.exchanges else None
             if swapped is None:
                 break
             current, steps, done = swapped

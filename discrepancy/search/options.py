@@ -30,6 +30,7 @@ class SearchOptions:
         left_noise, left_signal, left_gap, chaotic_left_gap: least remainder that is called unknown though no curve
             explains it, in units of one sample's noise, of the output's standard deviation, and of the gap that the
             search began with.
+        exchanges: whether each named effect competes again with the catalogue once nothing more is added.
         finalists: candidates that are fitted again with the winner's noise model.
     """
 
@@ -43,6 +44,7 @@ class SearchOptions:
     simpler: float = 0.02
     doubt: float = 12.0
     most_effects: int = 5
+    exchanges: bool = True
     finalists: int = 5
     material_rms: float = 0.0
     form_error: float = 0.02
