@@ -49,7 +49,8 @@ def test_the_interpreted_kernel_gives_the_same_numbers() -> None:
 
 
 def spin(vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    time, windows, starts = np.arange(50) * 4e-3, np.array([-1]), np.zeros((1, 2))
+    time: NDArray[np.float64] = 4e-3 * np.arange(50.0)
+    windows, starts = np.array([-1]), np.zeros((1, 2))
     return simulate_record(vector, time, np.ones(50), np.zeros(0), windows, starts)
 
 
