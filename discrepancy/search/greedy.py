@@ -45,6 +45,34 @@ class Round:
     problem: SimulationProblem
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Screened:
+    """The best states of each candidate, best first, and the model so far, on the same coarse samples.
+
+    Attributes:
+        rows: expected sum of squares of pure noise on these samples.
+    """
+
+    scanned: Sequence[list[State]]
+    coarse: State
+    rows: float
+
+    @property
+    def floor(self) -> float:
+        """Return the least loss that a candidate has reached."""
+        return min(one[0].fit.loss for one in self.scanned)
+
+    @property
+    def limit(self) -> float:
+        """Return the loss above which a candidate closes less than half of what the best one does."""
+        return max(self.floor, self.rows) + 0.5 * max(0.0, self.coarse.fit.loss - self.floor)
+
+    @property
+    def in_reach(self) -> frozenset[str]:
+        """Return the candidates below that limit."""
+        return frozenset(one[0].added[-1] for one in self.scanned if one[0].fit.loss < self.limit)
+
+
 def candidates_for(state: State, excluded: frozenset[str]) -> list[str]:
     """Return the effects that may still be added: not present, and not contained in one that is."""
     covered = set(state.present) | excluded
@@ -61,7 +89,12 @@ def fan_out(executor: Executor | None, function: Callable[[A], B], items: Sequen
 
 
 def run_round(
-    problem: SimulationProblem, state: State, ranges: Ranges, options: SearchOptions, context: Context
+    problem: SimulationProblem,
+    state: State,
+    ranges: Ranges,
+    options: SearchOptions,
+    context: Context,
+    screened: Screened | None = None,
 ) -> Round:
     """Fit every effect on top of `state` and choose.
 
@@ -71,8 +104,10 @@ def run_round(
         ranges: sizes of the signals.
         options: decision limits.
         context: executor, noise of repeats if known, samples per bin.
+        screened: what `screen` returned for this state, if that is known.
     """
-    contenders = fit_all(problem, state, ranges, options, context)
+    tried = screened or screen(problem, state, ranges, context)
+    contenders = fit_all(problem, state, tried, (ranges, options, context))
     best = contenders[0]
     # What a candidate's fit found for the parameters of the joint alone is no merit of the candidate.
     bare = refit(problem, without(best.state, [best.name]), ranges, 8)
@@ -151,21 +186,21 @@ def _ranked(judged: Sequence[Contender], rows: float, options: SearchOptions) ->
 
 
 def fit_all(
-    problem: SimulationProblem, state: State, ranges: Ranges, options: SearchOptions, context: Context
+    problem: SimulationProblem,
+    state: State,
+    screened: Screened,
+    rest: tuple[Ranges, SearchOptions, Context],
 ) -> list[Contender]:
-    """Fit every candidate, best first.
+    """Fit every candidate that could still win to the end on fine samples, best first.
 
-    All are fitted from all starts on coarse samples; those that could still win are fitted to the end on fine ones. A
-    candidate is left behind only where it closes less than half of what the best one does.
+    A candidate is left behind only where it closes less than half of what the best one does.
     """
-    scanned, coarse = screen(problem, state, ranges, context)
-    scout = context.scout or problem
-    floor = min(one[0].fit.loss for one in scanned)
-    limit = max(floor, scout.rows) + 0.5 * max(0.0, coarse.fit.loss - floor)
-    ranked = sorted(scanned, key=lambda one: one[0].fit.loss)
-    keep = [one for i, one in enumerate(ranked) if one[0].fit.loss < limit or i < options.finalists]
+    ranges, options, context = rest
+    coarse, scout = screened.coarse, context.scout or problem
+    ranked = sorted(screened.scanned, key=lambda one: one[0].fit.loss)
+    keep = [one for i, one in enumerate(ranked) if one[0].fit.loss < screened.limit or i < options.finalists]
     # A rough law costs more than all others: where it gains no more than chance does, nobody needs it to the end.
-    unit = 1.0 if context.repeat_noise is not None else max(1.0, floor / scout.rows)
+    unit = 1.0 if context.repeat_noise is not None else max(1.0, screened.floor / scout.rows)
     keep = [
         one
         for one in keep
@@ -179,14 +214,8 @@ def fit_all(
     return sorted(contenders, key=lambda c: c.white_loss + options.per_parameter * c.size)
 
 
-def screen(
-    problem: SimulationProblem, state: State, ranges: Ranges, context: Context
-) -> tuple[list[list[State]], State]:
-    """Try all starts of every candidate for a few steps on coarse samples.
-
-    Returns:
-        The best states of each candidate, best first, and the model so far on the same samples.
-    """
+def screen(problem: SimulationProblem, state: State, ranges: Ranges, context: Context) -> Screened:
+    """Try all starts of every candidate for a few steps on coarse samples."""
     coarse, scout = state, problem
     if context.scout is not None:
         scout = context.scout
@@ -194,7 +223,8 @@ def screen(
         coarse = replace(state, fit=first)
     names = candidates_for(state, context.excluded)
     scanned = fan_out(context.executor, partial(_scan, scout, coarse, ranges), names)
-    return _rescanned(scanned, partial(_scan_richer, scout, ranges), (context.executor, coarse)), coarse
+    scanned = _rescanned(scanned, partial(_scan_richer, scout, ranges), (context.executor, coarse))
+    return Screened(scanned=scanned, coarse=coarse, rows=scout.rows)
 
 
 def _gain(scanned: State, before: State) -> float:

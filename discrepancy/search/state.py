@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -164,7 +165,7 @@ def scan_effect(problem: SimulationProblem, state: State, name: str, ranges: Ran
     parameters = parameters_of(bare.base, bare.given, (*bare.added, name), ranges)
     vectors = starting_vectors(state, bare, effect, ranges)
     first = 2 if len(vectors) > SCAN_KEEP else 4
-    reuse = state.fit.jacobian[:, : len(state.base)]
+    reuse = state.fit.jacobian[:, : _shared(parameters, state.fit.parameters)]
     trials = [glance(problem, parameters, (vector, bare.fit.starts), first, reuse) for vector in vectors]
     if effect.port is Port.SENSOR and state.nameplate is not None:
         # A sensor that lies grossly drags the recalibrated joint far away: start from the nameplate too.
@@ -178,6 +179,12 @@ def scan_effect(problem: SimulationProblem, state: State, name: str, ranges: Ran
     return [
         replace(bare, added=(*bare.added, name), fit=trial, nameplate=None) for trial in trials[:SCAN_KEEP]
     ]
+
+
+def _shared(parameters: Sequence[FitParameter], known: Sequence[FitParameter]) -> int:
+    """Return how many leading parameters two models share."""
+    same = (one == other for one, other in zip(parameters, known, strict=False))
+    return sum(1 for _ in takewhile(bool, same))
 
 
 def plate_vectors(state: State, bare: State, effect: Effect, ranges: Ranges) -> list[FloatArray]:

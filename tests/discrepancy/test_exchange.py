@@ -1,18 +1,24 @@
 """An effect that was taken while others were missing makes way for the one that is really there."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from daq.recording.recording import Recording
 from discrepancy.data.series import read_series
 from discrepancy.effects.table import EFFECTS
+from discrepancy.fitting.levenberg import Fit, glance
+from discrepancy.fitting.parameters import FitParameter
+from discrepancy.fitting.problem import SimulationProblem, Starts
 from discrepancy.model.schema import JointModel
 from discrepancy.search.exchange import exchange
+from discrepancy.search.greedy import Round
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import Step
-from discrepancy.search.state import polish, scan_effect
+from discrepancy.search.state import State, polish, scan_effect
 from discrepancy.simulation import slots as s
 from discrepancy.workflow import prepare_simulation
 
@@ -46,3 +52,55 @@ def test_a_taken_name_stays_only_if_nothing_in_its_place_is_better(
     better, newer, _ = done
     assert {step.added for step in newer[1:]} == set(better.added) == {"coulomb_friction", named}
     assert named not in TAKEN
+
+
+def test_a_law_that_nothing_comes_near_costs_no_round(
+    nameplate: JointModel, record: Recorder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    train = [
+        read_series(record({s.COULOMB: 0.15, s.CONSTANT_DRIFT: -0.3}, k), nameplate, str(k)) for k in (1, 2)
+    ]
+    prepared = prepare_simulation(nameplate, train, None)
+    problem, ranges, state = prepared.problem, prepared.ranges, prepared.state
+    for name in ("coulomb_friction", "torque_constant_drift"):
+        state = polish(problem, scan_effect(problem, state, name, ranges), ranges)
+    offered = {*state.added, "transport_delay"}
+    context = replace(prepared.context, excluded=frozenset(EFFECTS) - offered)
+    rounds: list[State] = []
+
+    def spy(problem: SimulationProblem, reduced: State, *rest: object) -> Round:
+        rounds.append(reduced)
+        raise AssertionError("a round was run")
+
+    monkeypatch.setattr("discrepancy.search.exchange.run_round", spy)
+    assert exchange(problem, (state, []), ranges, (SearchOptions(), context)) is None
+    assert rounds == []
+
+
+def test_what_an_earlier_fit_knows_of_the_first_parameters_is_not_simulated_again(
+    nameplate: JointModel, record: Recorder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    train = [read_series(record({s.COULOMB: 0.15}, 1), nameplate, "1")]
+    prepared = prepare_simulation(nameplate, train, None)
+    problem, ranges = prepared.problem, prepared.ranges
+    state = polish(problem, scan_effect(problem, prepared.state, "coulomb_friction", ranges), ranges)
+    known: list[int] = []
+
+    def spy(
+        problem: SimulationProblem,
+        parameters: Sequence[FitParameter],
+        at: tuple[NDArray[np.float64], Starts],
+        iterations: int,
+        reuse: NDArray[np.float64],
+    ) -> Fit:
+        known.append(len(parameters) - reuse.shape[1])
+        return glance(problem, parameters, at, iterations, reuse)
+
+    monkeypatch.setattr("discrepancy.search.state.glance", spy)
+    scan_effect(problem, state, "transport_delay", ranges)
+    # Only the delay itself is new; a law that takes the place of a simpler one is new as a whole.
+    assert set(known) == {1}
+    known.clear()
+    scan_effect(problem, state, "stribeck_friction", ranges)
+    own = [p for p in EFFECTS["stribeck_friction"].parameters if p.free]
+    assert set(known) == {len(own)}

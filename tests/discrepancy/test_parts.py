@@ -16,7 +16,8 @@ from discrepancy.effects.spec import Port
 from discrepancy.fitting.noise import fit_whitener, high_band_sigma
 from discrepancy.locate import locate
 from discrepancy.model.schema import JointModel
-from discrepancy.search.greedy import fit_all
+from discrepancy.search.choice import Contender
+from discrepancy.search.greedy import fit_all, screen
 from discrepancy.search.noise import residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.simulation import slots as s
@@ -81,11 +82,14 @@ def test_fanning_out_gives_the_same_fits(nameplate: JointModel) -> None:
     prepared = _prepared(nameplate)
     with ThreadPoolExecutor(2) as executor:
         spread = replace(prepared.context, executor=executor)
-        found = [
-            fit_all(prepared.problem, prepared.state, prepared.ranges, SearchOptions(), context)
-            for context in (spread, prepared.context)
-        ]
+        found = [_fit_all(replace(prepared, context=context)) for context in (spread, prepared.context)]
     assert [(c.name, c.white_loss) for c in found[0]] == [(c.name, c.white_loss) for c in found[1]]
+
+
+def _fit_all(prepared: Prepared) -> list[Contender]:
+    problem, state, context = prepared.problem, prepared.state, prepared.context
+    screened = screen(problem, state, prepared.ranges, context)
+    return fit_all(problem, state, screened, (prepared.ranges, SearchOptions(), context))
 
 
 def _recording(columns: dict[str, NDArray[np.float64]]) -> Recording:

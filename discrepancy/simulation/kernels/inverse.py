@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from discrepancy.simulation import slots as s
 from discrepancy.simulation.kernels.bristle import SPRINGS, bristle_torque
+from discrepancy.simulation.kernels.frozen import freeze
 from discrepancy.simulation.kernels.laws import (
     dry_level,
     inertia_at,
@@ -37,6 +38,18 @@ def torque_record(
     Returns:
         Torque, shape (n,): equal to `nominal * u` where the model is right.
     """
+    return _torque(freeze(p), t, u, motion, nominal)
+
+
+@njit(cache=True, error_model="numpy")
+def _torque(
+    p: FloatArray,
+    t: FloatArray,
+    u: FloatArray,
+    motion: tuple[FloatArray, FloatArray, FloatArray],
+    nominal: float,
+) -> FloatArray:
+    """Do what `torque_record` does with parameters that are held still."""
     angle, speed, acceleration = motion
     out = np.empty(t.size)
     springs = np.zeros(SPRINGS)

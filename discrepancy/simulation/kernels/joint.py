@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from discrepancy.simulation import slots as s
 from discrepancy.simulation.kernels.bristle import SPRINGS, bristle_torque
+from discrepancy.simulation.kernels.frozen import freeze
 from discrepancy.simulation.kernels.laws import (
     has_dry_friction,
     inertia_at,
@@ -211,8 +212,8 @@ def simulate_record(
         Speed, position and current at each sample, shape (3, n).
     """
     if is_plain(p):
-        return simulate_plain(p, t, u, windows, starts)
+        return simulate_plain(freeze(p), t, u, windows, starts)
     # Compiled twice: a joint without springs keeps all its states in registers.
     if p[s.PRESLIDING_LEVEL] > 0.0:
-        return _simulate(p, t, u, angle, windows, starts, np.zeros(SPRINGS))
-    return _simulate(p, t, u, angle, windows, starts, None)
+        return _simulate(freeze(p), t, u, angle, windows, starts, np.zeros(SPRINGS))
+    return _simulate(freeze(p), t, u, angle, windows, starts, None)
