@@ -1,24 +1,27 @@
-"""Generate `docs/effects.md` from the literal table: `python -m discrepancy.effects.document > docs/effects.md`."""
+"""Generate `docs/effects.md` and the pictures in `docs/effects/` from the literal table.
 
-import sys
+python -m discrepancy.effects.document docs
+"""
 
-import numpy as np
-from numpy.typing import NDArray
+import argparse
+from pathlib import Path
 
-from discrepancy.effects.spec import Effect, Ranges
+from discrepancy.effects.pictures.joint import INERTIA, TORQUE_CONSTANT, VISCOUS
+from discrepancy.effects.pictures.spec import Picture
+from discrepancy.effects.pictures.svg import write_svg
+from discrepancy.effects.pictures.table import PICTURES
+from discrepancy.effects.spec import Effect
 from discrepancy.effects.table import EFFECTS
-from discrepancy.simulation import slots as s
-from discrepancy.simulation.kernels.inverse import torque_record
 
-FloatArray = NDArray[np.float64]
+HEAD = f"""# The catalogue of effects
 
-HEAD = """# The catalogue of effects
+Generated from `discrepancy/effects/table.py` (`python -m discrepancy.effects.document docs`); do not edit. The joint
+without any effect is J dw/dt = Kt i - B w. A torque written with a minus sign opposes the motion. On a linear axis read
+m, N and kg for rad, N m and kg m^2.
 
-Generated from `discrepancy/effects/table.py` (`python -m discrepancy.effects.document`); do not edit. The joint
-without any
-effect is J dw/dt = Kt i - B w. A torque written with a minus sign opposes the motion. On a linear axis read m, N and
-kg for
-rad, N m and kg m^2.
+The pictures are computed by the kernels that the search fits, for a joint of {INERTIA:g} kg m^2,
+{VISCOUS:g} N m s/rad and {TORQUE_CONSTANT:g} N m/A. An opposing torque is positive where it brakes a positive speed;
+dashed is the joint without the effect. The values under a picture hold where its legend says nothing else.
 """
 
 
@@ -35,59 +38,62 @@ def describe(effect: Effect) -> str:
 
 `{effect.equation}`
 
+{show(effect, PICTURES[effect.id](effect))}
+
 Port: {effect.port.value}. Acts through: {drivers}. Signature: {effect.signature}.
 Easily confused with: {confused}. Judged by torque: {"yes" if effect.inverse else "no"}. Reference: {effect.reference}.
 
 | parameter | unit | bounds | meaning |
 |---|---|---|---|
 {rows}
-{law_plot(effect)}"""
+"""
 
 
-def law_plot(effect: Effect) -> str:
-    """Return the torque law over speed as a plot of characters, for effects that are a law of the speed."""
-    if not effect.inverse or effect.driver != "speed_rad_s":
-        return ""
-    speed = np.linspace(-1.0, 1.0, 41)
-    torque = law_over_speed(effect, speed)
-    top = float(np.max(np.abs(torque))) or 1.0
-    rows = []
-    for level in np.linspace(1.0, -1.0, 9):
-        marks = "".join("*" if abs(v / top - level) <= 0.125 else " " for v in torque)
-        rows.append(f"{level:+5.2f} |{marks}".rstrip())
-    return (
-        "\nOpposing torque over the speed, both relative to their largest value:\n\n```\n"
-        + "\n".join(rows)
-        + "\n```\n"
-    )
-
-
-def law_over_speed(effect: Effect, speed: FloatArray) -> FloatArray:
-    """Return the opposing torque of one effect at its first starting values, for unit signals."""
-    ranges = Ranges(
-        torque=1.0,
-        speed=1.0,
-        current=1.0,
-        duration=40.0,
-        step=1e-3,
-        low=-1.0,
-        high=1.0,
-        inertia=1.0,
-        rate=1.0,
-    )
-    vector = s.neutral_vector()
-    vector[s.INERTIA], vector[s.TORQUE_CONSTANT] = 1e-12, 0.0
-    start = effect.starts(ranges)[0]
+def show(effect: Effect, picture: Picture) -> str:
+    """Return the reference to the picture of an effect, and the values that it is drawn with."""
+    values = []
     for parameter in effect.parameters:
-        vector[parameter.slot] = start.get(parameter.name, vector[parameter.slot])
-    zeros = np.zeros(speed.size)
-    time = np.arange(speed.size, dtype=np.float64)
-    return np.asarray(torque_record(vector, time, zeros, (zeros, speed, zeros), 0.0))
+        unit = parameter.kind.value[0]
+        number = f"{picture.values[parameter.name]:.3g}"
+        values.append(f"`{parameter.name}` {number}" + ("" if unit == "1" else f" {unit}"))
+    alt = f"{effect.id}: {picture.title}"
+    return f"![{alt}](effects/{effect.id}.svg)\n\nDrawn with {', '.join(values)}."
+
+
+def document() -> str:
+    """Return the page."""
+    return "\n".join([HEAD, *(describe(effect) for effect in EFFECTS.values())])
+
+
+def write_document(folder: Path) -> list[Path]:
+    """Write `effects.md` and `effects/ID.svg` into a folder; return what was written. Other files stay.
+
+    Raises:
+        OSError: the folder cannot be written.
+    """
+    pictures = folder / "effects"
+    pictures.mkdir(parents=True, exist_ok=True)
+    texts = {folder / "effects.md": document()}
+    for name, effect in EFFECTS.items():
+        texts[pictures / f"{name}.svg"] = write_svg(PICTURES[name](effect))
+    for path, text in texts.items():
+        path.write_text(text, encoding="utf-8", newline="\n")
+    return list(texts)
 
 
 def main() -> None:
-    """Write the document to standard output."""
-    sys.stdout.write("\n".join([HEAD, *(describe(effect) for effect in EFFECTS.values())]))
+    """Write page and pictures into the folder that was named."""
+    parser = argparse.ArgumentParser(
+        prog="python -m discrepancy.effects.document",
+        description="Write the catalogue of effects: effects.md, and a picture of each effect in effects/.",
+        epilog="example: python -m discrepancy.effects.document docs",
+    )
+    parser.add_argument("folder", type=Path, help="folder to write into; made if it is not there")
+    folder = parser.parse_args().folder
+    try:
+        write_document(folder)
+    except OSError as error:
+        parser.exit(1, f"cannot write the catalogue into {folder}: {error}\n")
 
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from discrepancy.data.ranges import measured_speed
 from discrepancy.data.series import SPEED, TORQUE, Series
+from discrepancy.effects.alone import alone, opposing_torque, with_zero
 from discrepancy.effects.spec import Port
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.parameters import clear_effect
@@ -64,7 +65,7 @@ class LawMaker:
         points = bin_samples(self._samples(view, bare, None))
         if view.exact and all(EFFECTS[other].inverse for other in self.state.present):
             law_x = _grid(points.x)
-            law = self._with_band(name, lambda vector: _pure_law(vector, name, law_x, view.x))
+            law = self._with_band(name, lambda vector: _law_alone(vector, name, law_x, view.x))
         else:
             edges = points.edges
             law_x = points.cells.x
@@ -194,20 +195,10 @@ def _inside(one: Series) -> NDArray[np.bool_]:
 
 
 def _grid(x: FloatArray) -> FloatArray:
-    """Return an even grid with two points close around zero, where dry friction jumps."""
-    low, high = float(x.min()), float(x.max())
-    near = 1e-6 * max(abs(low), abs(high))
-    grid = np.linspace(low, high, GRID)
-    return np.unique(np.concatenate([grid, [-near, near]])) if low < 0.0 < high else grid
+    return with_zero(np.linspace(float(x.min()), float(x.max()), GRID))
 
 
-def _pure_law(fitted: FloatArray, name: str, x: FloatArray, signal: Signal) -> FloatArray:
+def _law_alone(fitted: FloatArray, name: str, x: FloatArray, signal: Signal) -> FloatArray:
     """Return the opposing torque of one effect alone at speeds or angles `x`."""
-    vector = s.neutral_vector()
-    vector[s.INERTIA], vector[s.TORQUE_CONSTANT] = 1e-12, 0.0
-    for parameter in EFFECTS[name].parameters:
-        vector[parameter.slot] = fitted[parameter.slot]
-    zeros = np.zeros(x.size)
-    motion = (x, zeros, zeros) if signal is Signal.POSITION else (zeros, x, zeros)
-    time = np.arange(x.size, dtype=np.float64)
-    return np.asarray(torque_record(vector, time, zeros, motion, 0.0))
+    vector = alone(EFFECTS[name], fitted)
+    return opposing_torque(vector, angle=x) if signal is Signal.POSITION else opposing_torque(vector, speed=x)

@@ -1,17 +1,11 @@
 """The workflow against a truth written by other means: LSODA with events, other parameters, other sampling."""
 
-from pathlib import Path
-
 import pytest
 
 from daq.recording.recording import Recording, recording_from_columns
-from discrepancy.effects.document import describe
-from discrepancy.effects.table import EFFECTS
 from discrepancy.model.reader import parse_model
 from discrepancy.workflow import run_gap
 from tests.discrepancy.truth.cases import make_case
-
-ROOT = Path(__file__).parents[2]
 
 
 def as_recording(columns: dict[str, object]) -> Recording:
@@ -55,8 +49,3 @@ def test_second_truth_without_hidden_effect_gives_none() -> None:
     )
     result = run_gap(model, [as_recording(one) for one in case.train], [as_recording(case.test)])  # type: ignore[arg-type]
     assert (result.verdict, result.effects) == ("none", ())
-
-
-@pytest.mark.parametrize("name", sorted(EFFECTS))
-def test_effects_page_is_generated_from_the_table(name: str) -> None:
-    assert describe(EFFECTS[name]).strip() in (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")

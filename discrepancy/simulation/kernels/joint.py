@@ -36,7 +36,7 @@ FloatArray = NDArray[np.float64]
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _shaft_torque(p: FloatArray, state: tuple[float, float, float], h: float) -> float:
+def shaft_torque(p: FloatArray, state: tuple[float, float, float], h: float) -> float:
     """Return the mean torque in the shaft over a sub-step; `state` holds both speeds and the twist."""
     share, free = p[s.LOAD_SHARE], 0.5 * p[s.GAP]
     w, load, twist = state
@@ -92,7 +92,7 @@ def _next_speeds(
     if not has_load:
         return _move(p, w, h, drive + torque, (inertia, viscous, torque, accel, 1.0), is_dry), load
     behind = p[s.LOAD_FRICTION_SHARE]
-    shaft = _shaft_torque(p, (w, load, twist), h)
+    shaft = shaft_torque(p, (w, load, twist), h)
     front = p[s.INERTIA] * (1.0 - p[s.LOAD_SHARE])
     rest = max(0.05 * p[s.INERTIA] * p[s.LOAD_SHARE], inertia - front)
     moved = _move(p, load, h, drive + shaft, (rest, viscous * behind, shaft, load_accel, behind), is_dry)
