@@ -25,6 +25,8 @@ _LOOKS: Mapping[Look, tuple[str, str, float]] = {
 _RULES: Mapping[str, object] = {
     "svg.hashsalt": "jointscope",
     "svg.fonttype": "none",
+    # Which points it drops would depend on the last digit.
+    "path.simplify": False,
     "font.family": "sans-serif",
     # Of the same width nearly everywhere: the words are measured with the first.
     "font.sans-serif": ["DejaVu Sans", "Verdana"],
