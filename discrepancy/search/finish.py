@@ -126,7 +126,8 @@ def _conclude(
     ranges, options, context = rest
     bench = make_bench(outcome.problem, outcome.steps[-1].state, ranges, context)
     patched = patchwork(outcome.steps)
-    if patched:
+    # What is left beside a chaotic motion no linearised curve can show.
+    if patched and not outcome.steps[-1].state.is_chaotic:
         patched = patchwork(outcome.steps, still_shown(bench, options, names))
     doubts = find_doubts(bench, (ranges, options), names)
     doubt = doubts[0] if doubts else None
