@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from daq.recording.recording import Recording
 from discrepancy.data.series import read_series
 from discrepancy.effects.table import EFFECTS
-from discrepancy.fitting.levenberg import Fit, glance
+from discrepancy.fitting.levenberg import Fit, fit, glance
 from discrepancy.fitting.parameters import FitParameter
 from discrepancy.fitting.problem import SimulationProblem, Starts
 from discrepancy.model.schema import JointModel
@@ -104,3 +104,16 @@ def test_what_an_earlier_fit_knows_of_the_first_parameters_is_not_simulated_agai
     scan_effect(problem, state, "stribeck_friction", ranges)
     own = [p for p in EFFECTS["stribeck_friction"].parameters if p.free]
     assert set(known) == {len(own)}
+
+
+def test_a_glance_ends_where_a_fit_of_as_many_steps_does(nameplate: JointModel, record: Recorder) -> None:
+    train = [read_series(record({s.COULOMB: 0.15}, 1), nameplate, "1")]
+    prepared = prepare_simulation(nameplate, train, None)
+    problem, at = prepared.problem, prepared.state.fit
+    vector = at.vector.copy()
+    vector[s.VISCOUS] *= 3.0
+    seen = glance(problem, at.parameters, (vector, at.starts), 2, None)
+    whole = fit(problem, at.parameters, vector, at.starts, 2)
+    assert seen.loss == whole.loss
+    assert np.array_equal(seen.vector, whole.vector)
+    assert np.array_equal(seen.starts[0], whole.starts[0])
