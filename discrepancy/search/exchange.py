@@ -4,7 +4,8 @@ Effects that enter one by one are judged while the later ones are still missing:
 two effects a little each. With all the others in the model it competes again with the whole catalogue (the exchange
 step of floating forward selection, P. Pudil et al., Pattern Recognition Letters 15, 1994). A law with fewer parameters
 that these data cannot tell from the named one takes its place too. Where all others, after a few steps from every
-start, close less than half of what the named one closes, they are left behind and nothing is fitted to the end.
+start, close less than half of what the named one closes, they are left behind and nothing is fitted to the end. An
+effect that a round chose beside exactly the others has competed with the catalogue there.
 """
 
 from collections.abc import Sequence
@@ -26,6 +27,7 @@ def exchange(
     found: tuple[State, Sequence[Step]],
     ranges: Ranges,
     limits: tuple[SearchOptions, Context],
+    rounds: Sequence[Round] = (),
 ) -> tuple[State, list[Step], Round] | None:
     """Return the model in which one effect has made way for a better one, its steps and that round; None if none has.
 
@@ -34,12 +36,15 @@ def exchange(
         found: the model so far and its steps.
         ranges: sizes of the signals.
         limits: options and the search's context.
+        rounds: those that were run; what one chose beside these very effects has competed with all others there.
     """
     current, steps = found
     options, context = limits
     if len(current.added) < 2 or current.is_chaotic:
         return None
     for name in current.added:
+        if any(_chose(done, name, current) for done in rounds):
+            continue
         reduced = refit(problem, without(current, [name]), ranges, AGAIN)
         screened = screen(problem, reduced, ranges, context)
         if screened.in_reach == {name}:
@@ -62,6 +67,12 @@ def exchange(
         )
         return better, [*kept, step], done
     return None
+
+
+def _chose(done: Round, name: str, current: State) -> bool:
+    """Return whether a round chose an effect beside exactly the others of a model."""
+    chosen = done.winner is not None and done.winner.name == name
+    return chosen and set(done.start.added) == set(current.added) - {name}
 
 
 def _is_better(

@@ -64,7 +64,8 @@ def search(
         if not taken:
             # With a better law in the place of one that was taken early, further effects may show.
             rest = options, replace(context, closed=closed)
-            swapped = exchange(problem, (current, steps), ranges, rest) if options.exchanges else None
+            found = current, steps
+            swapped = exchange(problem, found, ranges, rest, rounds) if options.exchanges else None
             if swapped is None:
                 break
             current, steps, done = swapped

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from discrepancy.design.question import known_errors, relative_errors
 from discrepancy.effects.table import EFFECTS
@@ -37,16 +38,22 @@ def poorly_known(outcome: SearchOutcome, state: State, owner: str, errors: Error
     poor = {name: error for name, error in errors.items() if error > POOR_ERROR}
     if not poor:
         return {}, {}
-    fit, bench = state.fit, outcome.bench(state)
-    squares = np.maximum(0.0, np.diag(robust_covariance(outcome.problem, fit, NUISANCES)))
+    squares = np.maximum(0.0, np.diag(robust_covariance(outcome.problem, state.fit, NUISANCES)))
+    settled = _settled(state, owner, squares)
+    # Other forms only add to the errors, and fitting them is work: what the noise alone leaves open stays open.
+    bench = outcome.bench(state) if settled & set(poor) else None
     if bench is not None:
-        squares += form_variances(bench, outcome.ranges)
-    spread = np.sqrt(squares)
-    own = {p.name: float(e) for p, e in zip(fit.parameters, spread, strict=True) if p.owner == owner}
-    values = {p.name: float(fit.vector[p.slot]) for p in EFFECTS[owner].parameters}
-    settled = {name for name, error in relative_errors(values, own).items() if error <= POOR_ERROR}
+        settled = _settled(state, owner, squares + form_variances(bench, outcome.ranges))
     asked = {name: error for name, error in poor.items() if name not in settled}
     return asked, {name: error for name, error in poor.items() if name in settled}
+
+
+def _settled(state: State, owner: str, squares: NDArray[np.float64]) -> set[str]:
+    """Return the parameters of an effect that are known well where errors have these squares, shape (p,)."""
+    fit, spread = state.fit, np.sqrt(squares)
+    own = {p.name: float(e) for p, e in zip(fit.parameters, spread, strict=True) if p.owner == owner}
+    values = {p.name: float(fit.vector[p.slot]) for p in EFFECTS[owner].parameters}
+    return {name for name, error in relative_errors(values, own).items() if error <= POOR_ERROR}
 
 
 def beyond_motion(outcome: SearchOutcome, values: Mapping[tuple[str, str], Quantity]) -> list[str]:

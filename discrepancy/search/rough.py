@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from discrepancy.data.series import SPEED, Series
 from discrepancy.effects.spec import Ranges
 from discrepancy.effects.table import EFFECTS
-from discrepancy.fitting.levenberg import Fit, fit
+from discrepancy.fitting.levenberg import Fit, fit, glance
 from discrepancy.fitting.parameters import SMOOTHING, SMOOTHING_RANGE_S, FitParameter
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.search.state import (
@@ -129,13 +129,13 @@ def _smooth(one: Series, time_constant: float) -> Series:
 def _fit_smoothed(
     problem: SimulationProblem, parameters: Sequence[FitParameter], at: Fit, time_constant: float
 ) -> Fit:
-    """Fit to smoothed speeds; the smoothing that the fitted point had comes back afterwards."""
+    """Fit to smoothed speeds, for values and loss; the smoothing that the fitted point had comes back afterwards."""
     vector = at.vector.copy()
     own = vector[s.OUTPUT_SMOOTHING], vector[s.SMOOTHING_ORDER]
     if own[0] > 0.0:
         vector[s.OUTPUT_SMOOTHING], vector[s.SMOOTHING_ORDER] = time_constant, _SMOOTHEST_ORDER
     moved = [one for one in parameters if one.name != SMOOTHING]
-    found = fit(problem, moved, vector, at.starts, _DESCENT)
+    found = glance(problem, moved, (vector, at.starts), _DESCENT, None)
     found.vector[s.OUTPUT_SMOOTHING], found.vector[s.SMOOTHING_ORDER] = own
     return found
 

@@ -142,7 +142,7 @@ def fitted_forms(
                 vectors = [vector, vector.copy()]
                 vectors[1][s.SMOOTHING_ORDER] = 5.0 - vector[s.SMOOTHING_ORDER]
             parameters, starts = state.fit.parameters, state.fit.starts
-            fits = [fit(problem, parameters, one, starts, _GLANCE) for one in vectors]
+            fits = [glance(problem, parameters, (one, starts), _GLANCE, None) for one in vectors]
             best = min(fits, key=lambda one: one.loss)
             if best.loss <= RIVAL_START * state.fit.loss:
                 best = fit(problem, parameters, best.vector, best.starts, iterations)

@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from daq.recording.recording import Recording
 from discrepancy.data.series import read_series
 from discrepancy.effects.table import EFFECTS
-from discrepancy.fitting.levenberg import Fit, glance
+from discrepancy.fitting.levenberg import Fit, fit, glance
 from discrepancy.fitting.parameters import FitParameter
 from discrepancy.fitting.problem import SimulationProblem, Starts
 from discrepancy.model.schema import JointModel
+from discrepancy.search.choice import Contender
 from discrepancy.search.exchange import exchange
-from discrepancy.search.greedy import Round
+from discrepancy.search.greedy import Round, Screened
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import Step
 from discrepancy.search.state import State, polish, scan_effect
@@ -104,3 +105,50 @@ def test_what_an_earlier_fit_knows_of_the_first_parameters_is_not_simulated_agai
     scan_effect(problem, state, "stribeck_friction", ranges)
     own = [p for p in EFFECTS["stribeck_friction"].parameters if p.free]
     assert set(known) == {len(own)}
+
+
+def test_a_glance_ends_where_a_fit_of_as_many_steps_does(nameplate: JointModel, record: Recorder) -> None:
+    train = [read_series(record({s.COULOMB: 0.15}, 1), nameplate, "1")]
+    prepared = prepare_simulation(nameplate, train, None)
+    problem, at = prepared.problem, prepared.state.fit
+    vector = at.vector.copy()
+    vector[s.VISCOUS] *= 3.0
+    seen = glance(problem, at.parameters, (vector, at.starts), 2, None)
+    whole = fit(problem, at.parameters, vector, at.starts, 2)
+    assert seen.loss == whole.loss
+    assert np.array_equal(seen.vector, whole.vector)
+    assert np.array_equal(seen.starts[0], whole.starts[0])
+
+
+def test_what_a_round_chose_beside_the_same_effects_does_not_compete_again(
+    nameplate: JointModel, record: Recorder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    train = [read_series(record({s.COULOMB: 0.15}, 1), nameplate, "1")]
+    prepared = prepare_simulation(nameplate, train, None)
+    problem, ranges, first = prepared.problem, prepared.ranges, prepared.state
+    state = replace(first, added=TAKEN)
+    won = Contender(name=TAKEN[1], state=state, white_loss=1.0)
+    done = Round(
+        start=replace(first, added=TAKEN[:1]), before=first, contenders=(won,), winner=won, equivalents=(),
+        problem=problem,
+    )  # fmt: skip
+    tried: list[tuple[str, ...]] = []
+
+    def spy(problem: SimulationProblem, reduced: State, *rest: object) -> Screened:
+        tried.append(reduced.added)
+        name = next(one for one in TAKEN if one not in reduced.added)
+        return Screened(
+            scanned=[[replace(state, added=(*reduced.added, name))]], coarse=_worse(state), rows=1.0
+        )
+
+    monkeypatch.setattr("discrepancy.search.exchange.screen", spy)
+    limits = SearchOptions(), prepared.context
+    assert exchange(problem, (state, []), ranges, limits, [done]) is None
+    assert tried == [TAKEN[1:]]
+    elsewhere = replace(done, start=first)
+    assert exchange(problem, (state, []), ranges, limits, [elsewhere]) is None
+    assert tried[1:] == [TAKEN[1:], TAKEN[:1]]
+
+
+def _worse(state: State) -> State:
+    return replace(state, fit=replace(state.fit, loss=2.0 * state.fit.loss + 1.0))
