@@ -25,7 +25,7 @@ OPENED: Mapping[str, int] = {
     "null_white": 140,
     "null_coloured": 60,
     "null_quantised": 20,
-    "outside": 7,
+    "outside": 14,
     "second_full": 2,
 }
 """Scoring cases an id, by condition, whose answers have been opened; the next scoring begins behind them."""
