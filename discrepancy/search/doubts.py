@@ -8,7 +8,7 @@ law was seen only where it is another, simpler one. And, where repeats show the 
 noise.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,9 @@ from discrepancy.search.curves import Curve, called, judge_curves, share_of
 from discrepancy.search.options import SearchOptions
 
 FloatArray = NDArray[np.float64]
+
+ABOUT = 0.9
+"""Two places show about the same if the shares that they explain differ by less than a tenth."""
 
 
 def find_doubts(bench: Bench, rest: tuple[Ranges, SearchOptions], names: Mapping[str, str]) -> list[Place]:
@@ -65,6 +68,16 @@ def find_doubts(bench: Bench, rest: tuple[Ranges, SearchOptions], names: Mapping
         if np.any(left > np.maximum(least_left, part * context.gap)):
             return [curves[0].place]
     return []
+
+
+def seen_again(curves: Sequence[Curve], doubts: Sequence[Place]) -> Place | None:
+    """Return where most shows; of places that show about as much, the one that was plainest beside the named laws."""
+    if not curves:
+        return doubts[0] if doubts else None
+    best = curves[0].place
+    near = [one.place for one in curves if one.judged.fall > 0.0 and one.place.share >= ABOUT * best.share]
+    again = (one for doubt in doubts for one in near if (one.port, one.driver) == (doubt.port, doubt.driver))
+    return next(again, best)
 
 
 def pressed(fit: Fit, owners: tuple[str, ...]) -> list[int]:

@@ -13,7 +13,7 @@ from discrepancy.search.bench import make_bench
 from discrepancy.search.beside import locate_beside
 from discrepancy.search.context import Context
 from discrepancy.search.curves import judge_curves
-from discrepancy.search.doubts import find_doubts
+from discrepancy.search.doubts import find_doubts, seen_again
 from discrepancy.search.exchange import exchange
 from discrepancy.search.greedy import Round, closed_amount, run_round
 from discrepancy.search.noise import measure_noise, residual_parts, waves_left
@@ -139,10 +139,10 @@ def _conclude(
     doubted = patched | (_shaken(outcome, doubts, (bench.excess, names)) if doubts else set())
     kept = without_steps(outcome, doubted, ranges)
     if doubted:
-        curves = judge_curves(make_bench(outcome.problem, kept[-1].state, ranges, context), names)
-        places = [curve.place for curve in curves]
         # What is seen beside the nearest laws is only their error of form: without them the whole of it shows again.
-        doubt = next(iter(places), doubt)
+        doubt = seen_again(
+            judge_curves(make_bench(outcome.problem, kept[-1].state, ranges, context), names), doubts
+        )
     return replace(outcome, steps=kept, unknown=doubt)
 
 

@@ -4,14 +4,16 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from discrepancy.assemble import column_names
 from discrepancy.data.series import read_series
 from discrepancy.effects.spec import Port
 from discrepancy.locate import Place
 from discrepancy.model.schema import JointModel
-from discrepancy.search.bench import make_bench
-from discrepancy.search.doubts import find_doubts, pressed
+from discrepancy.search.bench import Judgement, make_bench
+from discrepancy.search.curves import Curve
+from discrepancy.search.doubts import find_doubts, pressed, seen_again
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import polish, scan_effect
 from discrepancy.simulation import slots as s
@@ -42,6 +44,28 @@ def test_a_torque_over_the_angle_beside_a_named_friction_is_a_doubt(nameplate: J
     place, _ = doubt(nameplate, truth, "coulomb_friction")
     assert place is not None
     assert (place.port, place.driver) == (Port.TORQUE, "position_rad")
+
+
+def curve(driver: str, share: float, fall: float = 100.0) -> Curve:
+    place = Place(port=Port.TORQUE, driver=driver, region=None, share=share)
+    return Curve(place=place, judged=Judgement(fall=fall, closed=np.array([share])), size=8)
+
+
+@pytest.mark.parametrize(
+    ("second", "fall", "expected"),
+    [(0.76, 100.0, "position_rad"), (0.60, 100.0, "time_s"), (0.76, -1.0, "time_s")],
+    ids=["about as much", "less", "does not predict"],
+)
+def test_of_places_that_show_about_as_much_the_one_that_was_doubted_stands(
+    second: float, fall: float, expected: str
+) -> None:
+    shown = [curve("time_s", 0.8), curve("position_rad", second, fall)]
+    doubts = [curve("speed_rad_s", 0.5).place, curve("position_rad", 0.4).place]
+    place = seen_again(shown, doubts)
+    assert place is not None
+    assert (place.driver, place.share) == (expected, 0.8 if expected == "time_s" else second)
+    assert seen_again(shown, []) == shown[0].place
+    assert seen_again([], doubts) == doubts[0]
 
 
 SPRING = {s.GRAVITY_SIN: 6.0, s.GRAVITY_WAVE: 0.05}
