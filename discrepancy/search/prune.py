@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from discrepancy.effects.spec import Ranges
-from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.search.context import Context
 from discrepancy.search.greedy import closed_amount
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import Step
+from discrepancy.search.same import exact_equivalents, simpler_laws
 from discrepancy.search.state import State, polish, refit, scan_effect, without
 
 FloatArray = NDArray[np.float64]
@@ -42,12 +42,17 @@ def prune(
             steps = [step for step in steps if step.added != name]
             steps[-1] = replace(steps[-1], state=trial)
     for name in current.added:
-        for simple in EFFECTS[name].contains:
+        for simple in simpler_laws(name, current.added):
+            if simple in current.added:
+                continue
             trial = _simplified(problem, current, (name, simple), ranges)
             lost = closed_amount(problem, context, (trial, current))
             if np.all(lost < visible):
                 current = trial
-                steps = [replace(st, added=simple) if st.added == name else st for st in steps]
+                same = tuple(exact_equivalents([*(one for one in trial.added if one != simple), simple]))
+                steps = [
+                    replace(st, added=simple, equivalents=same) if st.added == name else st for st in steps
+                ]
                 steps[-1] = replace(steps[-1], state=trial)
                 break
     return current, steps
