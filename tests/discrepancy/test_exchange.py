@@ -14,6 +14,7 @@ from discrepancy.fitting.levenberg import Fit, fit, glance
 from discrepancy.fitting.parameters import FitParameter
 from discrepancy.fitting.problem import SimulationProblem, Starts
 from discrepancy.model.schema import JointModel
+from discrepancy.search import finish
 from discrepancy.search.choice import Contender
 from discrepancy.search.exchange import exchange
 from discrepancy.search.greedy import Round, Screened
@@ -21,7 +22,8 @@ from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import Step
 from discrepancy.search.state import State, polish, scan_effect
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import prepare_simulation
+from discrepancy.workflow import prepare_simulation, run_gap
+from tests.discrepancy.recorder import make_recording
 
 Recorder = Callable[[Mapping[int, float], int], Recording]
 TAKEN = ("coulomb_friction", "viscous_friction_drift")
@@ -152,3 +154,20 @@ def test_what_a_round_chose_beside_the_same_effects_does_not_compete_again(
 
 def _worse(state: State) -> State:
     return replace(state, fit=replace(state.fit, loss=2.0 * state.fit.loss + 1.0))
+
+
+@pytest.mark.parametrize(("output", "exchanged"), [("speed_rad_s", True), ("position_rad", False)])
+def test_names_that_may_follow_the_drift_of_a_position_are_not_exchanged(
+    nameplate: JointModel, monkeypatch: pytest.MonkeyPatch, output: str, exchanged: bool
+) -> None:
+    asked: list[bool] = []
+
+    def count(*rest: object) -> None:
+        asked.append(True)
+
+    # Nothing is named: what is asked about is the exchange alone.
+    monkeypatch.setattr(finish, "exchange", count)
+    run_gap(
+        replace(nameplate, outputs=(output,)), [make_recording({}, 1)], [make_recording({}, 2, input_seed=5)]
+    )
+    assert bool(asked) is exchanged
