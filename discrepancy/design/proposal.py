@@ -130,8 +130,9 @@ def _look(stage: Stage, question: Question, candidate: Candidate, length: float)
     if found is None:
         return None
     predicted, inside = found
-    longest = max(lengths) if inside >= length else inside
-    kept = np.array([one for one in lengths if one <= longest])
+    # A record is a whole number of samples, which may be a little less than the length that was asked for.
+    longest = max(lengths) if inside >= length - blank.step else inside
+    kept = np.array([one for one in lengths if one <= longest + blank.step])
     rows = kept / blank.step
     channels = len(predicted.channels)
     shares = [

@@ -87,6 +87,15 @@ def asked(stage: Stage, rivals: list[Rival], needed: float) -> Proposal | None:
     return propose(stage, Question(rivals=tuple(rivals), needed=lambda _, __: needed))
 
 
+def test_a_sampling_period_that_does_not_divide_the_length_gets_a_proposal_too(prepared: Prepared) -> None:
+    rivals = [fitted(prepared, "coulomb_friction"), fitted(prepared, "quadratic_drag")]
+    stage = stage_of(prepared, replace(LIMITS, longest_s=DURATIONS_S[0]))
+    stage = replace(stage, template=replace(stage.template, step=0.0097))
+    proposal = asked(stage, rivals, 100.0)
+    assert proposal is not None
+    assert proposal.duration_s == DURATIONS_S[0]
+
+
 def test_variations_keep_to_amplitude_and_jump() -> None:
     for one in candidate_excitations(LIMITS):
         for more in variations(one, LIMITS):
