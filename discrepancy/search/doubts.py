@@ -4,8 +4,9 @@ Three signs. A curve over some variable would still be admitted as an effect: ov
 same limits as every effect, over their own variable by a wider one (the right law with slightly wrong constants leaves
 such a curve too). A fitted parameter is pressed to its bound and leaving it would be admitted; at a bound that says
 what these records can show (`Effect.limits`: a level that the motor never overcame) significance alone decides: the
-law was seen only where it is another, simpler one. And, where repeats show the noise, what is left is much more than
-noise.
+law was seen only where it is another, simpler one. The same holds for a level of friction inside its bounds if the
+largest that the motor could have met would do as well. And, where repeats show the noise, what is left is much more
+than noise.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,8 +16,8 @@ from numpy.typing import NDArray
 
 from discrepancy.effects.spec import Kind, Ranges
 from discrepancy.effects.table import EFFECTS
-from discrepancy.fitting.levenberg import Fit
-from discrepancy.fitting.parameters import BASE
+from discrepancy.fitting.levenberg import Fit, fit
+from discrepancy.fitting.parameters import BASE, FitParameter
 from discrepancy.locate import Place
 from discrepancy.search.bench import Bench, Judgement
 from discrepancy.search.curves import Curve, called, judge_curves, share_of
@@ -24,6 +25,7 @@ from discrepancy.search.options import SearchOptions
 
 FloatArray = NDArray[np.float64]
 
+REFIT_STEPS = 4
 ABOUT = 0.9
 """Two places show about the same if the shares that they explain differ by less than a tenth."""
 
@@ -54,6 +56,9 @@ def find_doubts(bench: Bench, rest: tuple[Ranges, SearchOptions], names: Mapping
     admitted = [curve.place for curve in curves if admits(curve.judged, curve.size, least(curve))]
     if admitted:
         return admitted
+    for parameter in never_overcome(bench, ranges, options):
+        effect = EFFECTS[parameter.owner]
+        return [Place(port=effect.port, driver=effect.driver, region=None, share=0.0)]
     for i in pressed(bench.state.fit, state.added):
         parameter = state.fit.parameters[i]
         effect = EFFECTS[parameter.owner]
@@ -92,6 +97,27 @@ def pressed(fit: Fit, owners: tuple[str, ...]) -> list[int]:
         rigid = above and p.owner != BASE and _kind(p.owner, p.name) is Kind.STIFFNESS
         if p.owner in owners and (below or above) and not rigid:
             found.append(i)
+    return found
+
+
+def never_overcome(bench: Bench, ranges: Ranges, options: SearchOptions) -> list[FitParameter]:
+    """Return the levels of friction that could as well be as large as the motor's torque: none was ever seen to slide.
+
+    What only stretched and never slid is a spring.
+    """
+    found, fitted = [], bench.state.fit
+    for parameter in fitted.parameters:
+        effect = EFFECTS.get(parameter.owner)
+        if effect is None or effect.limits is None or parameter.owner not in bench.state.added:
+            continue
+        if parameter.name not in effect.limits(ranges) or _kind(effect.id, parameter.name) is not Kind.TORQUE:
+            continue
+        vector = fitted.vector.copy()
+        vector[parameter.slot] = parameter.upper
+        rest = [one for one in fitted.parameters if one is not parameter]
+        largest = fit(bench.problem, rest, vector, fitted.starts, REFIT_STEPS)
+        if largest.loss - fitted.loss <= options.doubt * bench.unit:
+            found.append(parameter)
     return found
 
 

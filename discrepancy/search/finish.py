@@ -20,7 +20,7 @@ from discrepancy.search.noise import measure_noise, residual_parts, waves_left
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.pairs import find_pair
-from discrepancy.search.patchwork import driver_id, patchwork, place_of, still_shown
+from discrepancy.search.patchwork import driver_id, patchwork, place_of
 from discrepancy.search.prune import prune
 from discrepancy.search.remainder import find_remainder
 from discrepancy.search.rough import settle_rough
@@ -127,9 +127,6 @@ def _conclude(
     ranges, options, context = rest
     bench = make_bench(outcome.problem, outcome.steps[-1].state, ranges, context)
     patched = patchwork(outcome.steps)
-    # What is left beside a chaotic motion no linearised curve can show.
-    if patched and not outcome.steps[-1].state.is_chaotic:
-        patched = patchwork(outcome.steps, still_shown(bench, options, names))
     doubts = find_doubts(bench, (ranges, options), names)
     doubt = doubts[0] if doubts else None
     if doubt is None and not patched:

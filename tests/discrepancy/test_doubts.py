@@ -85,3 +85,15 @@ def test_a_spring_is_not_named(nameplate: JointModel) -> None:
     assert result.effects == ()
     assert result.unknown is not None
     assert (result.unknown.port, result.unknown.driver) == (Port.TORQUE, "position_rad")
+
+
+STIFFNESS = 0.3
+
+
+@pytest.mark.parametrize(("level", "is_doubted"), [(0.1, False), (1e3, True)])
+def test_friction_that_was_never_overcome_is_a_spring(
+    nameplate: JointModel, level: float, is_doubted: bool
+) -> None:
+    truth = {s.PRESLIDING_LEVEL: level, s.PRESLIDING_STIFFNESS: STIFFNESS, s.PRESLIDING_SHAPE: 3.0}
+    place, _ = doubt(nameplate, truth, "presliding_hysteresis")
+    assert (place is not None) is is_doubted
