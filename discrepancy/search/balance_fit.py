@@ -53,10 +53,7 @@ def choose_parameters(
     if not others < mine:
         return outcome
     windows = outcome.problem
-    steps = (
-        *_nearer(outcome.steps[:-1], balance, (windows, whole)),
-        _taken(outcome.steps[-1], balance, windows),
-    )
+    steps = (*outcome.steps[:-1], _taken(outcome.steps[-1], balance, windows))
     size = windows.noise.sigma[windows.series[0].channels[0].name]
     note = (
         "the last model's parameters are those of the torque balance: over parts of the motion that were not fitted "
@@ -66,28 +63,9 @@ def choose_parameters(
     return replace(outcome, steps=steps, notes=(*outcome.notes, note))
 
 
-def _nearer(
-    steps: Sequence[Step], balance: SearchOutcome, rest: tuple[SimulationProblem, Sequence[Series]]
-) -> list[Step]:
-    """Return the earlier steps, with the torque balance's parameters where the free run over all records is nearer."""
-    windows, whole = rest
-    free = replace(windows, series=tuple(whole))
-    found = []
-    for step in steps:
-        if step.added is not None and any(
-            sorted(one.state.added) == sorted(step.state.added) for one in balance.steps
-        ):
-            taken = _taken(step, balance, windows)
-            vectors = step.state.fit.vector, taken.state.fit.vector
-            mine, other = (best_free_run(free, (), vector).loss for vector in vectors)
-            step = taken if other < mine else step
-        found.append(step)
-    return found
-
-
 def _taken(step: Step, balance: SearchOutcome, windows: SimulationProblem) -> Step:
-    """Return a step with the parameters that the torque balance of the same effects has, and their standard errors."""
-    state = next(one.state for one in balance.steps if sorted(one.state.added) == sorted(step.state.added))
+    """Return the last step with the parameters of the torque balance's last model, and their standard errors."""
+    state = balance.steps[-1].state
     errors = standard_errors(balance.problem, state.fit, (None, balance.ranges))
     moved = fit(windows, step.state.fit.parameters, state.fit.vector, windows.initial_starts(), 0)
     known = {p.slot: float(error) for p, error in zip(state.fit.parameters, errors, strict=True)}
