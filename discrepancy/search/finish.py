@@ -27,7 +27,7 @@ from discrepancy.search.rough import settle_rough
 from discrepancy.search.state import (
     State,
     refit,
-    with_best_form,
+    with_best_forms,
     with_best_smoothing,
     without,
 )
@@ -100,10 +100,7 @@ def _accept(
         # What finer samples have shown stays: a fit to the coarse ones would make up for their steps.
         current = refit(problem, settle_rough(fine, winner.state, ranges), ranges, 0)
     else:
-        current = refit(problem, winner.state, ranges, 3)
-        # A form was chosen while later effects were missing: with each of them it is asked for again.
-        for name in reversed(current.added):
-            current = with_best_form(problem, current, name, ranges)
+        current = with_best_forms(problem, refit(problem, winner.state, ranges, 3), ranges)
         current = with_best_smoothing(problem, current)
     step = Step(
         state=current, added=winner.name, equivalents=done.equivalents, fall=winner.fall, closed=winner.closed

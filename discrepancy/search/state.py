@@ -123,6 +123,16 @@ def with_best_form(problem: SimulationProblem, state: State, name: str, ranges: 
     return min((state, *fitted_forms(problem, state, name, ranges)), key=lambda one: one.fit.loss)
 
 
+def with_best_forms(problem: SimulationProblem, state: State, ranges: Ranges) -> State:
+    """Return the state with the form of every added effect that fits best, the newest effect's first.
+
+    A form was chosen while later effects were missing: with each of them it is asked for again.
+    """
+    for name in reversed(state.added):
+        state = with_best_form(problem, state, name, ranges)
+    return state
+
+
 def fitted_forms(
     problem: SimulationProblem, state: State, name: str, ranges: Ranges, iterations: int = 7
 ) -> list[State]:

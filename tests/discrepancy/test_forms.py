@@ -12,7 +12,7 @@ from discrepancy.fitting.parameters import write_start
 from discrepancy.model.schema import JointModel
 from discrepancy.search.bench import make_bench
 from discrepancy.search.standard_errors import form_variances
-from discrepancy.search.state import fitted_forms, refit, with_best_form
+from discrepancy.search.state import fitted_forms, refit, with_best_form, with_best_forms
 from discrepancy.simulation import slots as s
 from discrepancy.workflow import prepare_simulation
 from tests.discrepancy.recorder import make_recording
@@ -44,6 +44,26 @@ def test_the_form_is_chosen_again_from_the_fitted_point(
     assert best.fit.vector[s.STRIBECK_EXPONENT] == true
     assert best.fit.loss < fitted.fit.loss
     assert best.fit.vector[s.STRIBECK_EXTRA] == pytest.approx(0.08, rel=0.05)
+
+
+def test_the_form_of_an_earlier_effect_is_asked_for_again(nameplate: JointModel, record: Recorder) -> None:
+    hidden = {s.STRIBECK_COULOMB: 0.1, s.STRIBECK_EXTRA: 0.08, s.STRIBECK_SPEED: 0.1, s.LOAD_OFFSET: 0.1}
+    series = [read_series(record({**hidden, s.STRIBECK_EXPONENT: 2.0}, k), nameplate, str(k)) for k in (1, 2)]
+    p = prepare_simulation(nameplate, series, None)
+    start = {"coulomb_level": 0.1, "static_excess": 0.08, "stribeck_speed": 0.1, "exponent": 1.0}
+    vector = write_start(p.state.fit.vector, STRIBECK, start, ())
+    vector = write_start(vector, EFFECTS["load_torque_offset"], {"torque": 0.1}, ())
+    both = replace(
+        p.state,
+        added=(STRIBECK.id, "load_torque_offset"),
+        fit=replace(p.state.fit, vector=vector),
+        nameplate=None,
+    )
+    fitted = refit(p.problem, both, p.ranges, 8)
+    assert fitted.fit.vector[s.STRIBECK_EXPONENT] == 1.0
+    best = with_best_forms(p.problem, fitted, p.ranges)
+    assert best.fit.vector[s.STRIBECK_EXPONENT] == 2.0
+    assert best.fit.loss < fitted.fit.loss
 
 
 @pytest.mark.parametrize(("noise", "shows_the_form"), [(0.002, True), (0.2, False)])

@@ -1,7 +1,5 @@
 """When a name is taken back, those that helped only beside it go with it."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -35,7 +33,7 @@ def test_a_name_stays_if_it_closes_about_as_much_without_the_doubted_one(
         rounds=(),
         problem=p.problem,
         ranges=p.ranges,
-        context=replace(p.context),
+        context=p.context,
         names={},
     )
     kept = without_steps(outcome, {"coulomb_friction"}, p.ranges)

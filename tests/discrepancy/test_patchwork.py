@@ -36,6 +36,6 @@ def test_friction_that_grows_with_the_load_is_no_patch_of_a_saturation(joint: Pr
     assert patchwork(found) == set()
 
 
-def test_three_small_laws_are_a_patch_whatever_is_left(joint: Prepared) -> None:
+def test_three_small_laws_over_any_variable_are_a_patch(joint: Prepared) -> None:
     small = {"torque_ripple": 0.3, "torque_constant_drift": 0.3, "torque_saturation": 0.3}
     assert patchwork(steps(joint, coulomb_friction=5.0, **small)) == set(small)

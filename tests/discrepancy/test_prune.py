@@ -1,7 +1,5 @@
 """Beside Stribeck friction, dry friction of two levels is an offset: the same equations, the simpler name."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -26,7 +24,7 @@ def test_an_offset_takes_the_place_of_two_levels_beside_stribeck_friction(namepl
     for name in ("asymmetric_coulomb_friction", "stribeck_friction"):
         state = polish(p.problem, scan_effect(p.problem, state, name, p.ranges), p.ranges)
         steps.append(Step(state=state, added=name, closed=np.array([1.0])))
-    limits = SearchOptions(), replace(p.context), np.array([1.0])
+    limits = SearchOptions(), p.context, np.array([1.0])
     after, kept = prune(p.problem, (state, steps), p.ranges, limits)
     assert set(after.added) == {"load_torque_offset", "stribeck_friction"}
     assert after.fit.vector[s.LOAD_OFFSET] == pytest.approx(0.06, rel=0.05)

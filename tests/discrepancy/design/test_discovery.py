@@ -8,8 +8,9 @@ import pytest
 
 from daq.recording.recording import Recording, recording_from_columns
 from discrepancy.data.series import read_series
+from discrepancy.design import discovery
 from discrepancy.design.campaign import campaign
-from discrepancy.design.discovery import LEAST_WORTH, LONGEST_S, Discovery, Search, discover, search_of
+from discrepancy.design.discovery import LONGEST_S, Discovery, Search, discover, search_of
 from discrepancy.design.excitations import RAMP_S, waveform
 from discrepancy.design.limits import RigLimits
 from discrepancy.design.prediction import Stage
@@ -116,16 +117,13 @@ def test_what_has_been_played_is_not_worth_playing_again() -> None:
     assert again is None or again.proposal.worth < first.worth
 
 
-def test_playing_on_comes_to_an_end() -> None:
-    records, worths = [played(SLOW, 10.0, seed) for seed in (1, 2)], list[float]()
-    for seed in range(3, 9):
-        found = discover(sought(prepared(records)))
-        if found is None:
-            break
-        worths.append(found.proposal.worth)
-        records.append(played(dict(found.proposal.excitation), found.proposal.duration_s, seed))
-    assert len(worths) < 6
-    assert min(worths) >= LEAST_WORTH
+@pytest.mark.parametrize(("floor", "is_proposed"), [(0.999, True), (1.001, False)])
+def test_a_record_that_is_worth_less_than_the_floor_is_not_proposed(
+    monkeypatch: pytest.MonkeyPatch, floor: float, is_proposed: bool
+) -> None:
+    monkeypatch.setattr(discovery, "LEAST_WORTH", floor * first_look().proposal.worth)
+    found = discover(sought(prepared([played(SLOW, 10.0, seed) for seed in (1, 2)])))
+    assert (found is not None) is is_proposed
 
 
 def test_a_rig_that_takes_nothing_gets_no_proposal() -> None:
