@@ -95,25 +95,23 @@ def _steps(effect: Effect, values: dict[str, float]) -> tuple[Line, Line]:
     )
 
 
+def _followed(effect: Effect, parameter: str, words: str, title: str) -> Picture:
+    """Show both edges of the command and the current behind it; `parameter` is the time by which it is late."""
+    values = typical(effect)
+    late = 0.05 + values[parameter]
+    panel = Panel(
+        x=_TIME, y="current, A", lines=_steps(effect, values), places=(0.05, late),
+        notes=(Note(x=late, y=-1.0, text=words),),
+    )  # fmt: skip
+    return Picture(title=title, panels=(panel,), values=values)
+
+
 def transport_delay(effect: Effect) -> Picture:
     """Show a step up and a step down that come later."""
-    values = typical(effect)
-    lines = _steps(effect, values)
-    panel = Panel(
-        x=_TIME, y="current, A", lines=lines, places=(0.05, 0.05 + values["delay"]),
-        notes=(Note(x=0.05 + values["delay"], y=-1.0, text=" delay"),),
-    )  # fmt: skip
-    return Picture(title="The command acts later, unchanged in shape", panels=(panel,), values=values)
+    return _followed(effect, "delay", " delay", "The command acts later, unchanged in shape")
 
 
 def current_loop_lag(effect: Effect) -> Picture:
     """Show a step up and a step down that come gradually."""
-    values = typical(effect)
-    lines = _steps(effect, values)
-    panel = Panel(
-        x=_TIME, y="current, A", lines=lines, places=(0.05, 0.05 + values["time_constant"]),
-        notes=(Note(x=0.05 + values["time_constant"], y=-1.0, text=" time_constant (63 %)"),),
-    )  # fmt: skip
-    return Picture(
-        title="The current follows its command through a first-order lag", panels=(panel,), values=values
-    )
+    title = "The current follows its command through a first-order lag"
+    return _followed(effect, "time_constant", " time_constant (63 %)", title)

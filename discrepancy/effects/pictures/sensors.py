@@ -37,24 +37,26 @@ def _true_current() -> Line:
     return Line(x=currents, y=currents, name="true", look=Look.WITHOUT)
 
 
+def _read_wrongly(effect: Effect, values: dict[str, float], words: str, title: str) -> Picture:
+    """Show the reading over the current, beside the true one."""
+    panel = Panel(
+        x=_CURRENT, y=_READING, lines=(_true_current(), _read_current(effect, values)), levels=(0.0,), places=(0.0,),
+        notes=(Note(x=0.03 * CURRENT, y=-0.4 * CURRENT, text=words),),
+    )  # fmt: skip
+    return Picture(title=title, panels=(panel,), values=values)
+
+
 def current_sensor_offset(effect: Effect) -> Picture:
     """Show a straight line beside the origin."""
     values = typical(effect, offset=0.1 * CURRENT)
-    panel = Panel(
-        x=_CURRENT, y=_READING, lines=(_true_current(), _read_current(effect, values)), levels=(0.0,), places=(0.0,),
-        notes=(Note(x=0.03 * CURRENT, y=-0.4 * CURRENT, text="reads offset at no current"),),
-    )  # fmt: skip
-    return Picture(title="The current sensor reads a constant too much", panels=(panel,), values=values)
+    title = "The current sensor reads a constant too much"
+    return _read_wrongly(effect, values, "reads offset at no current", title)
 
 
 def current_sensor_gain(effect: Effect) -> Picture:
     """Show a straight line of another slope."""
     values = typical(effect, gain=1.2)
-    panel = Panel(
-        x=_CURRENT, y=_READING, lines=(_true_current(), _read_current(effect, values)), levels=(0.0,), places=(0.0,),
-        notes=(Note(x=0.03 * CURRENT, y=-0.4 * CURRENT, text="slope: gain"),),
-    )  # fmt: skip
-    return Picture(title="The current sensor reads in the wrong scale", panels=(panel,), values=values)
+    return _read_wrongly(effect, values, "slope: gain", "The current sensor reads in the wrong scale")
 
 
 def potentiometer_nonlinearity(effect: Effect) -> Picture:
