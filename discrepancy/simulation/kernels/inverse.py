@@ -38,34 +38,29 @@ def torque_record(
     Returns:
         Torque, shape (n,): equal to `nominal * u` where the model is right.
     """
-    return _torque(freeze(p), t, u, motion, nominal)
-
-
-@njit(cache=True, error_model="numpy")
-def _torque(
-    p: FloatArray,
-    t: FloatArray,
-    u: FloatArray,
-    motion: tuple[FloatArray, FloatArray, FloatArray],
-    nominal: float,
-) -> FloatArray:
-    """Do what `torque_record` does with parameters that are held still."""
+    held = freeze(p)
     angle, speed, acceleration = motion
     out = np.empty(t.size)
     springs = np.zeros(SPRINGS)
     for k in range(t.size):
         q, w, time = angle[k], speed[k], t[k] - t[0]
-        inertia, reaction = inertia_at(p, q)
-        load = inertia * acceleration[k] + (reaction + p[s.QUADRATIC] * (1.0 if w > 0.0 else -1.0)) * w * w
-        load += viscous_coefficient(p, w, time) * w + p[s.LOAD_OFFSET] + position_torque(p, q, w, 0.0)
-        load += ripple_torque(p, q, 0.0)
-        if p[s.PRESLIDING_LEVEL] > 0.0:
+        inertia, reaction = inertia_at(held, q)
+        load = inertia * acceleration[k] + (reaction + held[s.QUADRATIC] * (1.0 if w > 0.0 else -1.0)) * w * w
+        load += (
+            viscous_coefficient(held, w, time) * w + held[s.LOAD_OFFSET] + position_torque(held, q, w, 0.0)
+        )
+        load += ripple_torque(held, q, 0.0)
+        if held[s.PRESLIDING_LEVEL] > 0.0:
             step = t[k] - t[k - 1] if k > 0 else t[1] - t[0]
-            load += bristle_torque(p, springs, (w + 0.5 * step * acceleration[k]) * step)
+            load += bristle_torque(held, springs, (w + 0.5 * step * acceleration[k]) * step)
         if w != 0.0:
             sign = 1.0 if w > 0.0 else -1.0
-            load += sign * dry_level(p, w, sign, 0.0)
+            load += sign * dry_level(held, w, sign, 0.0)
             # T = load + mu |T| sign(w), solved for T: the measured current must not stand on this side.
-            load /= 1.0 - p[s.LOAD_FRICTION] * (sign if load > 0.0 else -sign)
-        out[k] = load + (nominal - p[s.TORQUE_CONSTANT]) * u[k] + p[s.TORQUE_CONSTANT] * p[s.SENSOR_OFFSET]
+            load /= 1.0 - held[s.LOAD_FRICTION] * (sign if load > 0.0 else -sign)
+        out[k] = (
+            load
+            + (nominal - held[s.TORQUE_CONSTANT]) * u[k]
+            + held[s.TORQUE_CONSTANT] * held[s.SENSOR_OFFSET]
+        )
     return out
