@@ -152,6 +152,45 @@ def test_what_a_round_chose_beside_the_same_effects_does_not_compete_again(
     assert tried[1:] == [TAKEN[1:], TAKEN[:1]]
 
 
+@pytest.mark.parametrize(("equivalents", "is_taken"), [(("belt_compliance",), True), ((), False)])
+def test_a_law_of_fewer_parameters_that_nothing_tells_apart_takes_the_place(
+    nameplate: JointModel,
+    record: Recorder,
+    monkeypatch: pytest.MonkeyPatch,
+    equivalents: tuple[str, ...],
+    is_taken: bool,
+) -> None:
+    train = [read_series(record({s.CURRENT_LAG: 0.03}, 1), nameplate, "1")]
+    p = prepare_simulation(nameplate, train, None)
+
+    def beside_an_offset(name: str) -> State:
+        state = p.state
+        for one in ("load_torque_offset", name):
+            state = scan_effect(p.problem, state, one, p.ranges)[0]
+        return state
+
+    belt, lag = beside_an_offset("belt_compliance"), beside_an_offset("current_loop_lag")
+    won = Contender(name="current_loop_lag", state=lag, white_loss=lag.fit.loss)
+    done = Round(
+        start=p.state,
+        before=p.state,
+        contenders=(won,),
+        winner=won,
+        equivalents=equivalents,
+        problem=p.problem,
+    )
+    tried = Screened(scanned=[[belt], [lag]], coarse=_worse(_worse(belt)), rows=1.0)
+    monkeypatch.setattr("discrepancy.search.exchange.screen", lambda *_: tried)
+    monkeypatch.setattr("discrepancy.search.exchange.run_round", lambda *_: done)
+    monkeypatch.setattr("discrepancy.search.exchange._is_better", lambda *_: False)
+    steps = [Step(state=p.state, added=None), Step(state=belt, added="belt_compliance")]
+    found = exchange(p.problem, (belt, steps), p.ranges, (SearchOptions(), p.context))
+    assert (found is not None) is is_taken
+    if found is not None:
+        assert found[0].added == lag.added
+        assert found[1][-1].equivalents == equivalents
+
+
 def _worse(state: State) -> State:
     return replace(state, fit=replace(state.fit, loss=2.0 * state.fit.loss + 1.0))
 
