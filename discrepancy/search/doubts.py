@@ -25,7 +25,7 @@ from discrepancy.search.options import SearchOptions
 
 FloatArray = NDArray[np.float64]
 
-REFIT_STEPS = 4
+_REFIT_STEPS = 4
 ABOUT = 0.9
 """Two places show about the same if the shares that they explain differ by less than a tenth."""
 
@@ -56,8 +56,9 @@ def find_doubts(bench: Bench, rest: tuple[Ranges, SearchOptions], names: Mapping
     admitted = [curve.place for curve in curves if admits(curve.judged, curve.size, least(curve))]
     if admitted:
         return admitted
-    for parameter in never_overcome(bench, ranges, options):
-        effect = EFFECTS[parameter.owner]
+    stretched = never_overcome(bench, ranges, options)
+    if stretched:
+        effect = EFFECTS[stretched[0].owner]
         return [Place(port=effect.port, driver=effect.driver, region=None, share=0.0)]
     for i in pressed(bench.state.fit, state.added):
         parameter = state.fit.parameters[i]
@@ -107,15 +108,15 @@ def never_overcome(bench: Bench, ranges: Ranges, options: SearchOptions) -> list
     """
     found, fitted = [], bench.state.fit
     for parameter in fitted.parameters:
-        effect = EFFECTS.get(parameter.owner)
-        if effect is None or effect.limits is None or parameter.owner not in bench.state.added:
+        limits = EFFECTS[parameter.owner].limits if parameter.owner in bench.state.added else None
+        if limits is None or parameter.name not in limits(ranges):
             continue
-        if parameter.name not in effect.limits(ranges) or _kind(effect.id, parameter.name) is not Kind.TORQUE:
+        if _kind(parameter.owner, parameter.name) is not Kind.TORQUE:
             continue
         vector = fitted.vector.copy()
         vector[parameter.slot] = parameter.upper
         rest = [one for one in fitted.parameters if one is not parameter]
-        largest = fit(bench.problem, rest, vector, fitted.starts, REFIT_STEPS)
+        largest = fit(bench.problem, rest, vector, fitted.starts, _REFIT_STEPS)
         if largest.loss - fitted.loss <= options.doubt * bench.unit:
             found.append(parameter)
     return found
