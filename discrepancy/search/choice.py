@@ -109,6 +109,16 @@ def _inseparable(winner: Contender, rival: Contender, options: SearchOptions, co
     return close or bool(np.all(_apart(winner, rival) < 0.5 * context.material(options, ())))
 
 
+def _shows(richer: Contender, winner: Contender, options: SearchOptions, context: Context) -> bool:
+    """Return whether a law's further term is significant, though too small to be named.
+
+    At a fraction of its strength the dip of Stribeck friction is the first part of it to go under.
+    """
+    further = own_size(richer) - own_size(winner)
+    significant = richer.fall - winner.fall > context.alarm(options) + options.per_parameter * further
+    return significant and bool(np.any(_apart(richer, winner) > options.simpler * winner.closed))
+
+
 def _least_to_replace(
     contender: Contender, state: State, options: SearchOptions, context: Context
 ) -> FloatArray:
@@ -125,16 +135,15 @@ def own_size(contender: Contender) -> int:
 def equivalents_of(
     winner: Contender, judged: Sequence[Contender], options: SearchOptions, context: Context
 ) -> tuple[Equivalent, ...]:
-    """Return the rivals that this data cannot tell from the winner."""
+    """Return the rivals that this data cannot tell from the winner, and richer laws of which it shows a trace."""
     found: list[Equivalent] = []
     for rival in judged:
-        if (
-            rival.name == winner.name
-            or rival.fall <= context.alarm(options)
-            or winner.name in EFFECTS[rival.name].contains
-        ):
+        if rival.name == winner.name or rival.fall <= context.alarm(options):
             continue
-        if _inseparable(winner, rival, options, context):
+        if winner.name in EFFECTS[rival.name].contains:
+            if _shows(rival, winner, options, context):
+                found.append(rival.name)
+        elif _inseparable(winner, rival, options, context):
             # A rival that leaves the law which the winner has replaced stands beside it: both make the other answer.
             names = tuple(name for name in rival.state.added if name not in winner.state.added)
             found.append(names if len(names) > 1 else rival.name)

@@ -31,6 +31,16 @@ def contender(prepared: Prepared, added: tuple[str, ...], fall: float) -> Conten
     return Contender(name=added[-1], state=state, white_loss=0.0, fall=fall, closed=closed, part=1.0)
 
 
+def rival(prepared: Prepared, name: str, closed: float, fall: float) -> Contender:
+    """Return a contender with the parameters of its effect."""
+    effect = EFFECTS[name]
+    own = [fit_parameter(effect, one, prepared.ranges) for one in effect.parameters if one.free]
+    fit = replace(prepared.state.fit, parameters=(*prepared.state.fit.parameters, *own))
+    state = replace(prepared.state, added=(*prepared.state.added, name), fit=fit)
+    amount = np.array([closed])
+    return Contender(name=name, state=state, white_loss=0.0, fall=fall, closed=amount, part=1.0)
+
+
 @pytest.mark.parametrize(("lead", "named"), [(6.0, "stribeck_friction"), (6000.0, "transport_delay")])
 def test_a_richer_friction_goes_before_friction_and_a_delay_unless_they_fit_better(
     friction: Prepared, lead: float, named: str
@@ -53,15 +63,25 @@ def test_the_two_names_together_are_the_other_answer(friction: Prepared) -> None
 def test_a_lag_goes_before_a_belt_that_fits_better_by_less_than_forms_err(
     friction: Prepared, closed: float, named: str
 ) -> None:
-    def rival(name: str, closed: float, fall: float) -> Contender:
-        effect = EFFECTS[name]
-        own = [fit_parameter(effect, one, friction.ranges) for one in effect.parameters if one.free]
-        fit = replace(friction.state.fit, parameters=(*friction.state.fit.parameters, *own))
-        state = replace(friction.state, added=(*friction.state.added, name), fit=fit)
-        amount = np.array([closed])
-        return Contender(name=name, state=state, white_loss=0.0, fall=fall, closed=amount, part=1.0)
-
-    belt, lag = rival("belt_compliance", 3.0, 50_000.0), rival("current_loop_lag", closed, 49_900.0)
+    belt = rival(friction, "belt_compliance", 3.0, 50_000.0)
+    lag = rival(friction, "current_loop_lag", closed, 49_900.0)
     winner = choose([belt, lag], LIMITS, (friction.state, friction.context))
     assert winner is not None
     assert winner.name == named
+
+
+@pytest.mark.parametrize(
+    ("fall", "closed", "found"),
+    [
+        pytest.param(2439.0, 0.6554, ("stribeck_friction",), id="a trace of a dip"),
+        pytest.param(2410.0, 0.6554, (), id="no more than its parameters are worth"),
+        pytest.param(2439.0, 0.6524, (), id="less than forms err"),
+    ],
+)
+def test_a_dip_too_small_to_be_named_is_not_denied(
+    friction: Prepared, fall: float, closed: float, found: tuple[str, ...]
+) -> None:
+    level = rival(friction, "coulomb_friction", 0.6523, 2374.0)
+    dip = rival(friction, "stribeck_friction", closed, fall)
+    assert choose([dip, level], LIMITS, (friction.state, friction.context)) is level
+    assert equivalents_of(level, [dip, level], LIMITS, friction.context) == found
