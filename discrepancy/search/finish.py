@@ -1,4 +1,4 @@
-"""The whole search: rounds until nothing helps, then prune and swap."""
+"""The whole search: rounds until nothing helps, then whether the names explain it all."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -12,23 +12,19 @@ from discrepancy.locate import Place, locate
 from discrepancy.search.bench import make_bench
 from discrepancy.search.beside import locate_beside
 from discrepancy.search.context import Context
+from discrepancy.search.course import Course, add_effects, without_play
 from discrepancy.search.curves import judge_curves
 from discrepancy.search.doubts import find_doubts, seen_again
-from discrepancy.search.exchange import exchange
-from discrepancy.search.greedy import Round, closed_amount, run_round
-from discrepancy.search.noise import measure_noise, residual_parts, waves_left
+from discrepancy.search.greedy import closed_amount
+from discrepancy.search.noise import residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
-from discrepancy.search.pairs import find_pair
 from discrepancy.search.patchwork import driver_id, patchwork, place_of
-from discrepancy.search.prune import prune
 from discrepancy.search.remainder import find_remainder
-from discrepancy.search.rough import settle_rough
+from discrepancy.search.retell import retold
 from discrepancy.search.state import (
     State,
     refit,
-    with_best_forms,
-    with_best_smoothing,
     without,
 )
 
@@ -47,74 +43,17 @@ def search(
     context: Context,
     names: Mapping[str, str],
 ) -> SearchOutcome:
-    """Add effects while one helps significantly and materially."""
-    steps = [Step(state=state, added=None)]
-    rounds: list[Round] = []
-    current, closed = state, np.zeros(1)
-    # Adding and pruning could follow each other for ever: the number of rounds is bounded too.
-    while len(current.added) < options.most_effects and len(rounds) < 2 * options.most_effects:
-        ranges = replace(ranges, waves=waves_left(problem, current))
-        done = run_round(problem, current, ranges, options, replace(context, closed=closed))
-        rounds.append(done)
-        current, steps[-1] = done.start, replace(steps[-1], state=done.start)
-        pair = () if done.winner else find_pair(problem, current, (ranges, options, context), done)
-        if pair:
-            rounds[-1:] = pair
-        taken = [one for one in (pair or (done,)) if one.winner is not None]
-        if not taken:
-            # With a better law in the place of one that was taken early, further effects may show.
-            rest = options, replace(context, closed=closed)
-            found = current, steps
-            swapped = exchange(problem, found, ranges, rest, rounds) if options.exchanges else None
-            if swapped is None:
-                break
-            current, steps, done = swapped
-            rounds.append(done)
-            continue
-        for one in taken:
-            current, closed, step = _accept((context.fine or problem, problem), one, ranges, closed)
-            # A richer law takes the place of the simpler one that it contains.
-            steps = [s for s in steps if s.added is None or s.added in current.added]
-            steps.append(step)
-        if context.pairs:
-            problem, context = _quieter(problem, current, context)
-        current, steps = prune(problem, (current, steps), ranges, (options, context, closed))
+    """Add effects while one helps significantly and materially, and ask whether they explain it all."""
+    begun = Course(problem=problem, context=context, ranges=ranges, steps=(Step(state=state, added=None),))
+    course = without_play(begun, add_effects(begun, options), options)
+    problem, context, ranges = course.problem, course.context, course.ranges
     outcome = SearchOutcome(
-        steps=tuple(steps), rounds=tuple(rounds), problem=problem, ranges=ranges, names=names,
-        context=replace(context, closed=closed),
+        steps=retold(problem, course.steps, ranges, context), rounds=course.rounds, problem=problem, ranges=ranges,
+        names=names, context=context,
     )  # fmt: skip
     if outcome.is_torque:
         return _conclude_torque(outcome, ranges, context, names)
-    return _conclude(outcome, (ranges, options, replace(context, closed=closed)), names)
-
-
-def _accept(
-    problems: tuple[SimulationProblem, SimulationProblem], done: Round, ranges: Ranges, closed: FloatArray
-) -> tuple[State, FloatArray, Step]:
-    """Return the winner's model fitted again, all that was closed so far, and its step; `problems`: fine and usual."""
-    winner = done.winner
-    if winner is None:
-        raise ValueError("a round without a winner adds nothing")
-    fine, problem = problems
-    if winner.state.is_chaotic:
-        # What finer samples have shown stays: a fit to the coarse ones would make up for their steps.
-        current = refit(problem, settle_rough(fine, winner.state, ranges), ranges, 0)
-    else:
-        current = with_best_forms(problem, refit(problem, winner.state, ranges, 3), ranges)
-        current = with_best_smoothing(problem, current)
-    step = Step(
-        state=current, added=winner.name, equivalents=done.equivalents, fall=winner.fall, closed=winner.closed
-    )
-    return current, np.hypot(closed, winner.closed), step
-
-
-def _quieter(problem: SimulationProblem, state: State, context: Context) -> tuple[SimulationProblem, Context]:
-    """Read the noise off the repeats again, beside the better model."""
-    noise, repeat = measure_noise(problem, residual_parts(problem, state), context.pairs)
-    scout, fine = (
-        None if one is None else replace(one, noise=noise) for one in (context.scout, context.fine)
-    )
-    return replace(problem, noise=noise), replace(context, repeat_noise=repeat, scout=scout, fine=fine)
+    return _conclude(outcome, (ranges, options, context), names)
 
 
 def _conclude(

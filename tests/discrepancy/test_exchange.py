@@ -14,8 +14,9 @@ from discrepancy.fitting.levenberg import Fit, fit, glance
 from discrepancy.fitting.parameters import FitParameter
 from discrepancy.fitting.problem import SimulationProblem, Starts
 from discrepancy.model.schema import JointModel
-from discrepancy.search import finish
+from discrepancy.search import course
 from discrepancy.search.choice import Contender
+from discrepancy.search.course import Course, add_effects
 from discrepancy.search.exchange import exchange
 from discrepancy.search.greedy import Round, Screened
 from discrepancy.search.options import SearchOptions
@@ -204,9 +205,29 @@ def test_names_that_may_follow_the_drift_of_a_position_are_not_exchanged(
     def count(problem: SimulationProblem, *rest: object) -> None:
         asked.append(problem.series[0].channels[0].row)
 
-    monkeypatch.setattr(finish, "exchange", count)
+    monkeypatch.setattr(course, "exchange", count)
     run_gap(
         replace(nameplate, outputs=(output,)), [make_recording({}, 1)], [make_recording({}, 2, input_seed=5)]
     )
     # The torque balance of a position, the second opinion, may exchange as it likes.
     assert bool(set(asked) - {TORQUE}) is exchanged
+
+
+def test_what_an_exchanged_effect_has_made_unnecessary_is_dropped(
+    nameplate: JointModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    series = [read_series(make_recording({s.COULOMB: 0.15}, seed), nameplate, str(seed)) for seed in (1, 2)]
+    p = prepare_simulation(nameplate, series, None)
+    state, steps = p.state, [Step(state=p.state, added=None)]
+    for name in ("load_torque_offset", "coulomb_friction"):
+        state = polish(p.problem, scan_effect(p.problem, state, name, p.ranges), p.ranges)
+        steps.append(Step(state=state, added=name, closed=np.ones(1)))
+    nothing = Round(start=state, before=state, contenders=(), winner=None, equivalents=(), problem=p.problem)
+    swaps = iter([(state, steps, nothing)])
+    monkeypatch.setattr(course, "run_round", lambda _, start, *rest: replace(nothing, start=start))
+    monkeypatch.setattr(course, "find_pair", lambda *_: ())
+    monkeypatch.setattr(course, "exchange", lambda *_: next(swaps, None))
+    begun = Course(problem=p.problem, context=p.context, ranges=p.ranges, steps=tuple(steps[:1]))
+    found = add_effects(begun, SearchOptions())
+    assert found.current.added == ("coulomb_friction",)
+    assert [step.added for step in found.steps] == [None, "coulomb_friction"]

@@ -49,6 +49,6 @@ def test_a_pair_is_named_where_no_single_effect_is_enough(
 def test_the_pair_comes_from_the_pair_round(
     nameplate: JointModel, record: Recorder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("discrepancy.search.finish.find_pair", lambda *_: ())
+    monkeypatch.setattr("discrepancy.search.course.find_pair", lambda *_: ())
     outcome = search_among_three(nameplate, record, {s.COULOMB: 0.15, s.LOAD_OFFSET: 0.05})
     assert outcome.steps[1:] == ()
