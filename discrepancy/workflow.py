@@ -28,7 +28,7 @@ from discrepancy.fitting.parameters import (
     model_vector,
     smoothing_parameter,
 )
-from discrepancy.fitting.problem import COARSE_STEP_ANGLE, Noise, SimulationProblem
+from discrepancy.fitting.problem import Noise, SimulationProblem
 from discrepancy.fitting.response import check_response
 from discrepancy.model.schema import InputHold, JointModel, Judge
 from discrepancy.model.structure import hold_scale, parameters_in_disguise
@@ -37,6 +37,7 @@ from discrepancy.search.balance_fit import choose_parameters
 from discrepancy.search.by_balance import choose_names
 from discrepancy.search.context import Context
 from discrepancy.search.explained import explained_away
+from discrepancy.search.fine import scout_problem
 from discrepancy.search.finish import search
 from discrepancy.search.free_run import refine_free_run
 from discrepancy.search.full_rate import refine_full_rate
@@ -51,8 +52,6 @@ from discrepancy.torque.prepare import torque_problem, torque_scorer
 from discrepancy.torque.problem import Motion, read_motion
 
 MOST_SAMPLES = 12_000
-SCOUT_FACTOR = 2
-"""Starts are tried on samples so many times coarser than those that decide."""
 FINE_FACTOR = 4
 """Laws with a rough loss are fitted on samples so many times finer than the others."""
 SHORTEST_BIN_S = 1e-3
@@ -113,8 +112,9 @@ def run_gap(
         outcome = outcome if balance is None else choose_names(outcome, balance, whole)
         outcome = refine_free_run(outcome, whole)
         outcome = outcome if balance is None else choose_parameters(outcome, balance, whole)
-    outcome = refine_full_rate(outcome, train, prepared.factor)
-    floor = noise_floor(train, outcome.problem, prepared.factor)
+    outcome = refine_full_rate(outcome, train)
+    series = outcome.problem.series[0]
+    floor = noise_floor(train, outcome.problem, round(series.step / series.original_step))
     return assemble(model, outcome, simulation_scorer(train, test), (floor, notes, chosen.limits))
 
 
@@ -291,10 +291,3 @@ def fine_problem(problem: SimulationProblem, train: Sequence[Series], factor: in
     if fine == factor or any(len(one.windows) > 1 for one in problem.series):
         return problem
     return replace(problem, series=merge_as([bin_series(one, fine) for one in train], problem.series))
-
-
-def scout_problem(problem: SimulationProblem) -> SimulationProblem:
-    """Return the problem on coarser samples."""
-    coarse = tuple(bin_series(one, SCOUT_FACTOR) for one in problem.series)
-    longest = SCOUT_FACTOR * problem.longest_step
-    return replace(problem, series=coarse, step_angle=COARSE_STEP_ANGLE, longest_step=longest)

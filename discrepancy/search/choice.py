@@ -44,7 +44,7 @@ def choose(
 ) -> Contender | None:
     """Return the contender to add: significant, material, and the simplest among those that do the same."""
     state, context = before
-    least = context.material(options, state.present)
+    least = context.least_added(options, state.present)
     part = 0.0
     if context.repeat_noise is not None:
         # A name whose gap hardly shrinks is not a name: it would only patch the form of what is missing.

@@ -55,6 +55,13 @@ class Context:
     def material(self, options: SearchOptions, present: Sequence[str]) -> FloatArray:
         """Return the least closed gap that counts, in units of one sample's noise, by output."""
         chaotic = any(EFFECTS[name].chaotic for name in present)
-        tolerance = options.chaotic_form_error if chaotic else options.form_error
+        return self._material(options, options.chaotic_form_error if chaotic else options.form_error)
+
+    def least_added(self, options: SearchOptions, present: Sequence[str]) -> FloatArray:
+        """Return the least gap that a further effect must close, in units of one sample's noise, by output."""
+        chaotic = any(EFFECTS[name].chaotic for name in present)
+        return self._material(options, options.chaotic_part if chaotic else options.form_error)
+
+    def _material(self, options: SearchOptions, tolerance: float) -> FloatArray:
         of_signal = options.material_signal * self.signal
         return np.asarray(np.maximum(np.maximum(options.material_noise, of_signal), tolerance * self.closed))

@@ -11,6 +11,7 @@ from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.search.choice import Contender
 from discrepancy.search.context import Context
 from discrepancy.search.exchange import exchange
+from discrepancy.search.fine import on_fine
 from discrepancy.search.greedy import OVERWHELMING, Round, run_round
 from discrepancy.search.noise import measure_noise, residual_parts, waves_left
 from discrepancy.search.options import SearchOptions
@@ -47,6 +48,7 @@ class Course:
 
 def add_effects(course: Course, options: SearchOptions) -> Course:
     """Return the course followed to its end: effects are added while one helps significantly and materially."""
+    course = _resolved(course)
     # Adding and pruning could follow each other for ever: the number of rounds is bounded too.
     while len(course.current.added) < options.most_effects and len(course.rounds) < 2 * options.most_effects:
         course, taken = _next_round(course, options)
@@ -61,7 +63,7 @@ def add_effects(course: Course, options: SearchOptions) -> Course:
         found = course.current, list(course.steps)
         limits = options, course.context, course.context.closed
         _, steps = prune(course.problem, found, course.ranges, limits)
-        course = replace(course, steps=tuple(steps))
+        course = _resolved(replace(course, steps=tuple(steps)))
     return course
 
 
@@ -90,14 +92,20 @@ def without_play(begun: Course, course: Course, options: SearchOptions) -> Cours
         rounds=course.rounds[: course.rounds.index(chosen) + 1],
     )
     other = add_effects(_accepted(other, [replace(chosen, winner=rival, equivalents=())]), options)
-    left = [
-        refit(begun.problem, one.current, one.ranges, 2).fit.loss - begun.problem.rows
-        for one in (other, course)
-    ]
+    fine, *_ = on_fine(begun.problem, begun.context, (), begun.ranges)
+    left = [refit(fine, one.current, one.ranges, 2).fit.loss - fine.rows for one in (other, course)]
     nearer = left[0] < OVERWHELMING * left[1]
     return (
         replace(other, context=replace(other.context, excluded=begun.context.excluded)) if nearer else course
     )
+
+
+def _resolved(course: Course) -> Course:
+    """Return the course in samples fine enough for its model."""
+    if not course.current.is_chaotic:
+        return course
+    problem, context, steps = on_fine(course.problem, course.context, course.steps, course.ranges)
+    return replace(course, problem=problem, context=context, steps=steps)
 
 
 def _chose_play(done: Round) -> bool:

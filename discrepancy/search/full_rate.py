@@ -27,18 +27,18 @@ _ROUNDS = 2
 _ITERATIONS = 4
 
 
-def refine_full_rate(outcome: SearchOutcome, train: Sequence[Series], factor: int) -> SearchOutcome:
+def refine_full_rate(outcome: SearchOutcome, train: Sequence[Series]) -> SearchOutcome:
     """Return the outcome with its last model fitted to data that are corrected for binning, and these data.
 
     A law with a rough loss is fitted on finer samples instead: at another step other contacts are met.
 
     Args:
-        outcome: found on records of which `factor` samples were averaged into one.
+        outcome: found on records of which some samples were averaged into one.
         train: the records at full rate.
-        factor: samples in a bin.
     """
     last = outcome.steps[-1]
     problem, found = outcome.problem, last.state.fit
+    factor = round(problem.series[0].step / problem.series[0].original_step)
     has_speed = any(channel.row == SPEED for channel in problem.series[0].channels)
     if factor <= 1 or not has_speed:
         return outcome

@@ -208,10 +208,24 @@ def fit_all(
         or _gain(one[0], coarse) > unit * _least_gain(one[0], options)
     ]
     if context.scout is not None:
-        keep = [[replace(one, fit=replace(one.fit, starts=state.fit.starts)) for one in few] for few in keep]
+        keep = [[_on_fine_samples(one, state) for one in few] for few in keep]
     done = fan_out(context.executor, partial(_polish, (context.fine or problem, problem), ranges), keep)
     contenders = [Contender(name=one.added[-1], state=one, white_loss=one.fit.loss) for one in done]
     return sorted(contenders, key=lambda c: c.white_loss + options.per_parameter * c.size)
+
+
+def _on_fine_samples(scanned: State, state: State) -> State:
+    """Return a scanned candidate with what coarse samples cannot know taken from the model so far.
+
+    That is where each window starts; and beside play, whose hollows lie elsewhere in coarse samples, every number that
+    both have.
+    """
+    vector = scanned.fit.vector.copy()
+    if state.is_chaotic:
+        for parameter in state.fit.parameters:
+            if parameter in scanned.fit.parameters:
+                vector[parameter.slot] = state.fit.vector[parameter.slot]
+    return replace(scanned, fit=replace(scanned.fit, vector=vector, starts=state.fit.starts))
 
 
 def screen(problem: SimulationProblem, state: State, ranges: Ranges, context: Context) -> Screened:

@@ -25,7 +25,9 @@ class SearchOptions:
         material_rms: least relative fall of the rms error. Used where noise is not known and model error stands for it
             (judging by torque), zero otherwise.
         form_error: part of all that has been closed that a further effect must close: no reduced model is exact.
-        chaotic_form_error: the same with backlash in the model, whose free run is chaotic.
+        chaotic_form_error: part of all that has been closed that a free curve must close to cast doubt on a model with
+            backlash, whose free run is chaotic.
+        chaotic_part: the same for a further effect, which has to fall by the alarm and close half of what is left too.
         own_form_error: the same for a curve over a named effect's own variable, before its law is doubted.
         left_noise, left_signal, left_gap, chaotic_left_gap: least remainder that is called unknown though no curve
             explains it, in units of one sample's noise, of the output's standard deviation, and of the gap that the
@@ -49,6 +51,7 @@ class SearchOptions:
     material_rms: float = 0.0
     form_error: float = 0.02
     chaotic_form_error: float = 0.2
+    chaotic_part: float = 0.05
     own_form_error: float = 0.06
     left_noise: float = 0.3
     left_signal: float = 0.03

@@ -30,7 +30,7 @@ def patchwork(steps: Sequence[Step]) -> frozenset[str]:
     doubted = {str(step.added) for step in minor} if len(minor) >= MANY_MINOR else set()
     for small in minor:
         for big in added:
-            if big not in minor and _domain_of(big) == _domain_of(small):
+            if big not in minor and not _moves_by_itself(big) and _domain_of(big) == _domain_of(small):
                 doubted |= {str(small.added), str(big.added)}
     return frozenset(doubted)
 
@@ -44,6 +44,11 @@ def place_of(step: Step) -> tuple[Port, str]:
 def _domain_of(step: Step) -> tuple[Port, str, str | None]:
     """Return over what a step's law is defined: friction that grows with the load is no correction to a law of it."""
     return *place_of(step), EFFECTS[str(step.added)].second_driver
+
+
+def _moves_by_itself(step: Step) -> bool:
+    """Return whether a step's effect is a motion, not a curve over a variable that a small law could correct."""
+    return EFFECTS[str(step.added)].chaotic
 
 
 def driver_id(place: Place, names: Mapping[str, str]) -> str:

@@ -36,6 +36,10 @@ def test_friction_that_grows_with_the_load_is_no_patch_of_a_saturation(joint: Pr
     assert patchwork(found) == set()
 
 
+def test_friction_is_no_patch_of_play(joint: Prepared) -> None:
+    assert patchwork(steps(joint, backlash=80.0, coulomb_friction=6.0)) == set()
+
+
 def test_three_small_laws_over_any_variable_are_a_patch(joint: Prepared) -> None:
     small = {"torque_ripple": 0.3, "torque_constant_drift": 0.3, "torque_saturation": 0.3}
     assert patchwork(steps(joint, coulomb_friction=5.0, **small)) == set(small)

@@ -79,12 +79,13 @@ def test_the_full_rate_takes_away_what_binning_does_to_a_soft_shaft(nameplate: J
     start = {"load_share": 0.8, "stiffness": 55.0, "damping_ratio": 0.2, "friction_share": 0.5}
     train = recorded(nameplate, hidden)
     coarse = fitted(nameplate, train, "belt_compliance", start)
-    fine = refine_full_rate(coarse, train, FACTOR)
+    fine = refine_full_rate(coarse, train)
     biased, right = value(coarse, "damping_ratio")[0], value(fine, "damping_ratio")
     assert abs(right[0] - 0.15) < 0.25 * abs(biased - 0.15)
     assert abs(right[0] - 0.15) < 3.0 * right[1]
     assert right[1] < 0.03 * 0.15
-    assert refine_full_rate(coarse, train, 1) is coarse
+    whole = replace(coarse, problem=replace(coarse.problem, series=tuple(train)))
+    assert refine_full_rate(whole, train) is whole
 
 
 def test_a_delay_is_known_no_better_than_the_timing_of_the_input(nameplate: JointModel) -> None:
