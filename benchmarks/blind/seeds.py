@@ -37,7 +37,8 @@ OPENED: Mapping[str, int] = {
     "second_null": 30,
     "second_outside": 18,
 }
-"""Scoring cases an id, by condition, whose answers have been opened; the next scoring begins behind them."""
+"""Scoring cases an id, by condition, whose answers have been opened or whose run was given up; the next scoring begins
+behind them."""
 
 
 def development_seeds(number: int) -> range:

@@ -1,7 +1,7 @@
 """Search on in finer samples once play is in the model.
 
-Contacts bend a motion within a few milliseconds. From bin to bin the simulation of the means misses them: at the true
-parameters of a joint with play it leaves ten times what it leaves in samples of 1.6 ms, and further effects drown.
+Contacts bend a motion within a few milliseconds. From bin to bin the simulation of the means misses them, at the true
+parameters too, and further effects drown in what it leaves (measured: benchmarks/blind/development.md).
 """
 
 import math

@@ -1,18 +1,21 @@
 """In finer samples the noise is the noise that it was, and what an effect closes is what it closed."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from discrepancy.data.series import read_series
+from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.model.schema import JointModel
+from discrepancy.search.course import Course, add_effects
 from discrepancy.search.fine import on_fine
 from discrepancy.search.full_rate import refine_full_rate
-from discrepancy.search.greedy import closed_amount, run_round
+from discrepancy.search.greedy import Round, Screened, closed_amount, fit_all, run_round
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
-from discrepancy.search.state import polish, scan_effect
+from discrepancy.search.state import State, polish, scan_effect
 from discrepancy.simulation import slots as s
 from discrepancy.workflow import Prepared, prepare_simulation
 from tests.discrepancy.recorder import make_recording
@@ -95,3 +98,39 @@ def test_the_full_rate_is_reached_from_finer_samples_too(sticky: Prepared, namep
     last = refine_full_rate(outcome, train).steps[-1].state
     level = next(p.slot for p in last.fit.parameters if p.owner == "coulomb_friction")
     assert last.fit.vector[level] == pytest.approx(0.15, rel=0.02)
+
+
+def test_a_search_beside_play_is_made_there(sticky: Prepared, monkeypatch: pytest.MonkeyPatch) -> None:
+    steps: list[float] = []
+
+    def nothing(problem: SimulationProblem, state: State, *rest: object) -> Round:
+        steps.append(problem.series[0].step)
+        return Round(start=state, before=state, contenders=(), winner=None, equivalents=(), problem=problem)
+
+    monkeypatch.setattr("discrepancy.search.course.run_round", nothing)
+    monkeypatch.setattr("discrepancy.search.course.find_pair", lambda *_: ())
+    for given in ((), ("backlash",)):
+        base = Step(state=replace(sticky.state, given=given), added=None)
+        course = Course(problem=sticky.problem, context=sticky.context, ranges=sticky.ranges, steps=(base,))
+        add_effects(course, SearchOptions())
+    assert steps[0] == sticky.problem.series[0].step
+    assert steps[1] < 0.5 * steps[0]
+
+
+@pytest.mark.parametrize(("given", "from_scout"), [((), True), (("backlash",), False)])
+def test_beside_play_a_candidate_begins_at_the_numbers_of_the_model_so_far(
+    sticky: Prepared, monkeypatch: pytest.MonkeyPatch, given: tuple[str, ...], from_scout: bool
+) -> None:
+    viscous: list[float] = []
+
+    def polished(_: object, scanned: Sequence[State], ranges: object) -> State:
+        viscous.append(float(scanned[0].fit.vector[s.VISCOUS]))
+        return scanned[0]
+
+    state = replace(sticky.state, given=given)
+    scanned = scan_effect(sticky.problem, state, "coulomb_friction", sticky.ranges)[0]
+    scanned.fit.vector[s.VISCOUS] = -1.0
+    screened = Screened(scanned=[[scanned]], coarse=state, rows=sticky.problem.rows)
+    monkeypatch.setattr("discrepancy.search.greedy.polish", polished)
+    fit_all(sticky.problem, state, screened, (sticky.ranges, SearchOptions(), sticky.context))
+    assert viscous == [-1.0 if from_scout else float(state.fit.vector[s.VISCOUS])]
