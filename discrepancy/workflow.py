@@ -113,8 +113,7 @@ def run_gap(
         outcome = refine_free_run(outcome, whole)
         outcome = outcome if balance is None else choose_parameters(outcome, balance, whole)
     outcome = refine_full_rate(outcome, train)
-    series = outcome.problem.series[0]
-    floor = noise_floor(train, outcome.problem, round(series.step / series.original_step))
+    floor = noise_floor(train, outcome.problem)
     return assemble(model, outcome, simulation_scorer(train, test), (floor, notes, chosen.limits))
 
 
@@ -208,7 +207,7 @@ def prepare_simulation(model: JointModel, train: Sequence[Series], executor: Exe
     problem = SimulationProblem(series=binned, noise=Noise(sigma=sigma))
     prepared = _finish_preparation(model, problem, (timing, factor, executor))
     levels = prepared.problem.noise.sigma
-    floor = noise_floor(train, prepared.problem, factor)
+    floor = noise_floor(train, prepared.problem)
     channels = binned[0].channels
     ratio = np.array([(floor[c.name] / levels[c.name]) ** 2 for c in channels])
     sizes = [
@@ -267,8 +266,9 @@ def _finish_preparation(
     )  # fmt: skip
 
 
-def noise_floor(train: Sequence[Series], problem: SimulationProblem, factor: int) -> dict[str, float]:
+def noise_floor(train: Sequence[Series], problem: SimulationProblem) -> dict[str, float]:
     """Return the noise of one sample of each output at full rate."""
+    factor = problem.series[0].factor
     pairs = find_repeats([bin_series(one, factor) for one in train])
     return {
         channel.name: sample_sigma(train, c, factor, problem.noise.sigma[channel.name], pairs)

@@ -65,6 +65,11 @@ class Series:
         return int(self.time_s.size)
 
     @property
+    def factor(self) -> int:
+        """Number of recorded samples that one of these averages."""
+        return round(self.step / self.original_step)
+
+    @property
     def edges(self) -> list[tuple[int, int]]:
         """First and last-but-one row of each window."""
         first = [int(k if k >= 0 else -k - 1) for k in self.windows]

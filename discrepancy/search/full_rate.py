@@ -38,7 +38,7 @@ def refine_full_rate(outcome: SearchOutcome, train: Sequence[Series]) -> SearchO
     """
     last = outcome.steps[-1]
     problem, found = outcome.problem, last.state.fit
-    factor = round(problem.series[0].step / problem.series[0].original_step)
+    factor = problem.series[0].factor
     has_speed = any(channel.row == SPEED for channel in problem.series[0].channels)
     if factor <= 1 or not has_speed:
         return outcome
