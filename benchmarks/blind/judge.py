@@ -57,8 +57,8 @@ def classify(hidden: list[str], verdict: Json) -> Worth:
     open_names = set(_in_parts(hidden if named_scale else accounted, {step["added"] for step in steps}))
     asked = bool(open_names)
     for step in steps:
-        # Each name that stands must account for something that was hidden.
-        covered = next((entry for entry in readings(step) if entry <= open_names), None)
+        # Each name that stands must account for something that was hidden; a class may account for two.
+        covered = max((entry for entry in readings(step) if entry <= open_names), key=len, default=None)
         if covered is None:
             return Worth.WRONG
         open_names -= covered

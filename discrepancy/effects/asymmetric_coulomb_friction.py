@@ -38,7 +38,7 @@ ASYMMETRIC_COULOMB_FRICTION = Effect(
     ),
     starts=_starts,
     signature="step of the torque residual at zero speed, not centred: exactly a Coulomb level plus a torque offset",
-    confused_with=("coulomb_friction", "load_torque_offset"),
+    confused_with=("coulomb_friction", "load_torque_offset", "gravity_unbalance"),
     reference="A. Janot, M. Gautier, M. Brunot, EMPS benchmark, 2019",
     contains=("coulomb_friction",),
 )

@@ -27,6 +27,6 @@ CURRENT_SENSOR_OFFSET = Effect(
     ),
     starts=_starts,
     signature="with current and speed alone the same as a torque offset",
-    confused_with=("load_torque_offset",),
+    confused_with=("load_torque_offset", "gravity_unbalance"),
     reference="LEM, Hall-effect current transducers, application notes",
 )

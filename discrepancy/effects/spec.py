@@ -125,3 +125,8 @@ class Effect:
     limits: Callable[[Ranges], Mapping[str, tuple[float, float]]] | None = None
     inverse: bool = True
     chaotic: bool = False
+
+    @property
+    def wave(self) -> EffectParameter | None:
+        """The fitted wave number over the angle; None without one."""
+        return next((p for p in self.parameters if p.kind is Kind.WAVE and p.free), None)

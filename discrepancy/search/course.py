@@ -20,6 +20,7 @@ from discrepancy.search.pairs import find_pair
 from discrepancy.search.prune import prune
 from discrepancy.search.rough import settle_rough
 from discrepancy.search.state import State, refit, with_best_forms, with_best_smoothing
+from discrepancy.search.waves import with_best_waves
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -168,7 +169,7 @@ def _accept(problems: tuple[SimulationProblem, SimulationProblem], done: Round, 
         current = refit(problem, settle_rough(fine, winner.state, ranges), ranges, 0)
     else:
         current = with_best_forms(problem, refit(problem, winner.state, ranges, 3), ranges)
-        current = with_best_smoothing(problem, current)
+        current = with_best_waves(problem, with_best_smoothing(problem, current), ranges)
     return Step(
         state=current, added=winner.name, equivalents=done.equivalents, fall=winner.fall, closed=winner.closed
     )

@@ -20,23 +20,30 @@ from discrepancy.fitting.levenberg import Fit, fit
 from discrepancy.fitting.parameters import BASE, FitParameter
 from discrepancy.locate import Place
 from discrepancy.search.bench import Bench, Judgement
-from discrepancy.search.curves import Curve, called, judge_curves, share_of
+from discrepancy.search.curves import Curve, called, share_of
 from discrepancy.search.options import SearchOptions
 
 FloatArray = NDArray[np.float64]
 
 _REFIT_STEPS = 4
+LEFT_BESIDE = 0.3
+"""A significant curve casts doubt on names that closed no more than about three times as much."""
+FAINTEST = 0.02
+"""Least such curve, in units of one sample's noise."""
 ABOUT = 0.9
 """Two places show about the same if the shares that they explain differ by less than a tenth."""
 
 
-def find_doubts(bench: Bench, rest: tuple[Ranges, SearchOptions], names: Mapping[str, str]) -> list[Place]:
+def find_doubts(
+    bench: Bench, rest: tuple[Ranges, SearchOptions], names: Mapping[str, str], curves: Sequence[Curve]
+) -> list[Place]:
     """Return where the model fails, the plainest first; several curves may show the same failure.
 
     Args:
         bench: the model, judged by simulation, under both noise models.
         rest: sizes of the signals, limits of the search.
         names: column names of the drivers.
+        curves: what curves over each variable would gain, from `judge_curves`.
     """
     ranges, options = rest
     state, context = bench.state, bench.context
@@ -47,12 +54,14 @@ def find_doubts(bench: Bench, rest: tuple[Ranges, SearchOptions], names: Mapping
         return seen and found.fall > context.alarm(options) + options.per_parameter * size
 
     own = {EFFECTS[name].driver for name in state.present}
+    # What is left must not be about as large as what was named, however small both are.
+    beside_names = np.maximum(FAINTEST, LEFT_BESIDE * context.closed) if state.added else material
 
     def least(curve: Curve) -> FloatArray:
         is_own = bool(called(curve.place, names) & own)
-        return np.maximum(material, options.own_form_error * context.closed) if is_own else material
+        usual = np.maximum(material, options.own_form_error * context.closed) if is_own else material
+        return np.minimum(usual, beside_names)
 
-    curves = judge_curves(bench, names)
     admitted = [curve.place for curve in curves if admits(curve.judged, curve.size, least(curve))]
     if admitted:
         return admitted
@@ -74,6 +83,13 @@ def find_doubts(bench: Bench, rest: tuple[Ranges, SearchOptions], names: Mapping
         if np.any(left > np.maximum(least_left, part * context.gap)):
             return [curves[0].place]
     return []
+
+
+def significant_left(bench: Bench, curves: Sequence[Curve], options: SearchOptions) -> FloatArray:
+    """Return what the largest significant curve would close, rms by output in noise of one sample, shape (C,)."""
+    least = bench.context.alarm(options)
+    seen = (one.judged.closed for one in curves if one.judged.fall > least + options.per_parameter * one.size)
+    return np.asarray(np.max([np.zeros_like(bench.excess), *seen], axis=0))
 
 
 def seen_again(curves: Sequence[Curve], doubts: Sequence[Place]) -> Place | None:

@@ -14,7 +14,8 @@ from discrepancy.search.beside import locate_beside
 from discrepancy.search.context import Context
 from discrepancy.search.course import Course, add_effects, without_play
 from discrepancy.search.curves import judge_curves
-from discrepancy.search.doubts import find_doubts, seen_again
+from discrepancy.search.doubts import find_doubts, seen_again, significant_left
+from discrepancy.search.faint import with_faint_effects
 from discrepancy.search.greedy import closed_amount
 from discrepancy.search.noise import residual_parts
 from discrepancy.search.options import SearchOptions
@@ -27,6 +28,7 @@ from discrepancy.search.state import (
     refit,
     without,
 )
+from discrepancy.search.swallowed import with_swallowed_offset
 
 FloatArray = NDArray[np.float64]
 SHAKEN = 0.15
@@ -46,9 +48,12 @@ def search(
     """Add effects while one helps significantly and materially, and ask whether they explain it all."""
     begun = Course(problem=problem, context=context, ranges=ranges, steps=(Step(state=state, added=None),))
     course = without_play(begun, add_effects(begun, options), options)
+    course = with_faint_effects(course, options, add_effects)
     problem, context, ranges = course.problem, course.context, course.ranges
+    steps = retold(problem, course.steps, ranges, context)
+    steps = with_swallowed_offset(problem, steps, ranges, (options, context))
     outcome = SearchOutcome(
-        steps=retold(problem, course.steps, ranges, context), rounds=course.rounds, problem=problem, ranges=ranges,
+        steps=steps, rounds=course.rounds, problem=problem, ranges=ranges,
         names=names, context=context,
     )  # fmt: skip
     if outcome.is_torque:
@@ -62,8 +67,9 @@ def _conclude(
     """Ask whether the names explain it all; take doubtful ones back and say where the rest lies."""
     ranges, options, context = rest
     bench = make_bench(outcome.problem, outcome.steps[-1].state, ranges, context)
-    patched = patchwork(outcome.steps)
-    doubts = find_doubts(bench, (ranges, options), names)
+    curves = judge_curves(bench, names)
+    patched = patchwork(outcome.steps, significant_left(bench, curves, options))
+    doubts = find_doubts(bench, (ranges, options), names, curves)
     doubt = doubts[0] if doubts else None
     if doubt is None and not patched:
         return outcome
@@ -122,7 +128,7 @@ def _conclude_torque(
 ) -> SearchOutcome:
     """Do the same for a torque balance, whose residual shows its driver without any simulation."""
     problem, first = outcome.problem, outcome.steps[0].state
-    patched = patchwork(outcome.steps)
+    patched = patchwork(outcome.steps, np.full(1, np.inf))
     unknown = find_remainder(problem, first, outcome.steps[-1].state, context, names)
     if unknown is None and not patched:
         return outcome

@@ -28,7 +28,7 @@ B = TypeVar("B")
 FAR = 9.0
 """Candidates whose loss is this multiple of the best one's cannot win under any noise model."""
 OVERWHELMING = 0.5
-"""A law comes first whatever its held-out loss if it leaves less than this part of what any other leaves."""
+"""A law leads whatever its held-out loss if it leaves less than this part of what the one that would lead leaves."""
 WORTH = 0.9
 """A law is a start for richer ones if it leaves less than this part of the squared error."""
 
@@ -168,7 +168,7 @@ def closed_amount(problem: SimulationProblem, context: Context, pair: tuple[Stat
 
 
 def _ranked(judged: Sequence[Contender], rows: float, options: SearchOptions) -> list[Contender]:
-    """Order by the held-out loss; a candidate that leaves less than half of what any other leaves comes first.
+    """Order by the held-out loss; a candidate that leaves less than half of what the first of that order leaves leads.
 
     Leaving out blocks is computed by linearisation, which a chaotic motion defies; what leaves half the error with a
     handful of parameters needs no such proof.
@@ -176,10 +176,9 @@ def _ranked(judged: Sequence[Contender], rows: float, options: SearchOptions) ->
     ranked = sorted(judged, key=lambda c: options.per_parameter * c.size - c.fall)
     if len(ranked) < 2:
         return ranked
-    by_rest = sorted(ranked, key=lambda c: c.white_loss)
-    first, second = (max(0.0, c.white_loss - rows) for c in by_rest[:2])
-    best = by_rest[0]
-    if first < OVERWHELMING * second and best.fall > options.alarm + options.per_parameter * own_size(best):
+    best = min(ranked, key=lambda c: c.white_loss)
+    least, leading = (max(0.0, c.white_loss - rows) for c in (best, ranked[0]))
+    if least < OVERWHELMING * leading and best.fall > options.alarm + options.per_parameter * own_size(best):
         ranked.remove(best)
         ranked.insert(0, best)
     return ranked

@@ -25,6 +25,8 @@ class SearchOptions:
         material_rms: least relative fall of the rms error. Used where noise is not known and model error stands for it
             (judging by torque), zero otherwise.
         form_error: part of all that has been closed that a further effect must close: no reduced model is exact.
+        faint_form_error, whole_part: the same for one or two effects that close at least this part of what is left
+            (rms).
         chaotic_form_error: part of all that has been closed that a free curve must close to cast doubt on a model with
             backlash, whose free run is chaotic.
         chaotic_part: the same for a further effect, which has to fall by the alarm and close half of what is left too.
@@ -50,6 +52,8 @@ class SearchOptions:
     finalists: int = 5
     material_rms: float = 0.0
     form_error: float = 0.02
+    faint_form_error: float = 0.003
+    whole_part: float = 0.95
     chaotic_form_error: float = 0.2
     chaotic_part: float = 0.05
     own_form_error: float = 0.06

@@ -232,8 +232,26 @@ def starting_vectors(state: State, bare: State, effect: Effect, ranges: Ranges) 
             for slot in kept:
                 vector[slot] = state.fit.vector[slot]
             vector[s.STIFFNESS] *= factor
-            found[vector.tobytes()] = vector
+            for one in (vector, *_with_other_waves(vector, bare, effect, ranges)):
+                found[one.tobytes()] = one
     return list(found.values())
+
+
+def _with_other_waves(vector: FloatArray, bare: State, effect: Effect, ranges: Ranges) -> list[FloatArray]:
+    """Return the vector with other wave numbers of a named law that may have made up for this effect.
+
+    A sinusoid of so long a wave that the travel sees a bow of it takes in a constant: with the constant in the model
+    its wave is another one, too far away for a step of a fit.
+    """
+    found = []
+    for name in bare.added:
+        wave = EFFECTS[name].wave
+        if wave is None or name not in effect.confused_with or effect.wave is not None:
+            continue
+        for number in {start[wave.name] for start in EFFECTS[name].starts(ranges)}:
+            found.append(vector.copy())
+            found[-1][wave.slot] = number
+    return found
 
 
 def polish(problem: SimulationProblem, scanned: Sequence[State], ranges: Ranges) -> State:

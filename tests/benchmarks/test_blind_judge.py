@@ -36,6 +36,16 @@ COULOMB: tuple[str, list[object]] = ("coulomb_friction", [])
             answer("named", ("asymmetric_coulomb_friction", [["coulomb_friction", "load_torque_offset"]])),
             "wrong",
         ),
+        (
+            ["gravity_unbalance", "load_torque_offset"],
+            answer("named", ("gravity_unbalance", [["gravity_unbalance", "load_torque_offset"]])),
+            "right",
+        ),
+        (
+            ["gravity_unbalance"],
+            answer("named", ("gravity_unbalance", [["gravity_unbalance", "load_torque_offset"]])),
+            "right",
+        ),
         (["asymmetric_coulomb_friction"], answer("named", COULOMB, ("load_torque_offset", [])), "right"),
         (["coulomb_friction", "end_stop"], answer("named", ("coulomb_friction", ["end_stop"])), "miss"),
         ([], answer("none"), "right"),

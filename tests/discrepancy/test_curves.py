@@ -76,7 +76,8 @@ def test_a_drift_that_depends_on_the_current_is_not_taken_for_one_of_the_torque_
     named = polish(p.problem, scan_effect(p.problem, p.state, "torque_constant_drift", p.ranges), p.ranges)
     context = replace(p.context, closed=closed_amount(p.problem, p.context, (p.state, named)))
     bench = make_bench(p.problem, named, p.ranges, context)
-    place = find_doubts(bench, (p.ranges, SearchOptions()), column_names(nameplate))[0]
+    names = column_names(nameplate)
+    place = find_doubts(bench, (p.ranges, SearchOptions()), names, judge_curves(bench, names))[0]
     assert place.port is Port.TORQUE
     assert place.driver in {"time_s", "current_A"}
 

@@ -12,8 +12,8 @@ from discrepancy.effects.spec import Port
 from discrepancy.locate import Place
 from discrepancy.model.schema import JointModel
 from discrepancy.search.bench import Judgement, make_bench
-from discrepancy.search.curves import Curve
-from discrepancy.search.doubts import find_doubts, pressed, seen_again
+from discrepancy.search.curves import Curve, judge_curves
+from discrepancy.search.doubts import find_doubts, pressed, seen_again, significant_left
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import polish, scan_effect
 from discrepancy.simulation import slots as s
@@ -31,7 +31,8 @@ def doubt(nameplate: JointModel, truth: Mapping[int, float], named: str) -> tupl
     gained = (p.state.fit.loss - state.fit.loss) / state.fit.residual.size / p.context.bin_size
     context = replace(p.context, closed=np.sqrt(np.maximum(0.0, gained)))
     bench = make_bench(p.problem, state, p.ranges, context)
-    places = find_doubts(bench, (p.ranges, SearchOptions()), column_names(nameplate))
+    names = column_names(nameplate)
+    places = find_doubts(bench, (p.ranges, SearchOptions()), names, judge_curves(bench, names))
     return next(iter(places), None), [state.fit.parameters[i].name for i in pressed(state.fit, state.added)]
 
 
@@ -66,6 +67,36 @@ def test_of_places_that_show_about_as_much_the_one_that_was_doubted_stands(
     assert (place.driver, place.share) == (expected, 0.8 if expected == "time_s" else second)
     assert seen_again(shown, []) == shown[0].place
     assert seen_again([], doubts) == doubts[0]
+
+
+@pytest.mark.parametrize(
+    ("named", "left", "is_doubted"),
+    [
+        pytest.param(0.15, 0.06, True, id="left is much of what was named"),
+        pytest.param(0.15, 0.03, False, id="left is little of it"),
+        pytest.param(5.0, 0.06, False, id="left is nothing beside it"),
+    ],
+)
+def test_a_weak_name_is_doubted_where_a_curve_would_close_about_as_much(
+    nameplate: JointModel, named: float, left: float, is_doubted: bool
+) -> None:
+    records = [make_recording(FRICTION, seed) for seed in (1, 2)]
+    p = prepare_simulation(nameplate, [read_series(r, nameplate, "train") for r in records], None)
+    state = polish(p.problem, scan_effect(p.problem, p.state, "coulomb_friction", p.ranges), p.ranges)
+    context = replace(p.context, closed=np.array([named]), signal=np.array([20.0]))
+    bench = make_bench(p.problem, state, p.ranges, context)
+    left_over = [curve("time_s", left, fall=200.0)]
+    places = find_doubts(bench, (p.ranges, SearchOptions()), column_names(nameplate), left_over)
+    assert [one.driver for one in places] == (["time_s"] if is_doubted else [])
+
+
+def test_only_significant_curves_count_as_left(nameplate: JointModel) -> None:
+    records = [make_recording(FRICTION, seed) for seed in (1, 2)]
+    p = prepare_simulation(nameplate, [read_series(r, nameplate, "train") for r in records], None)
+    bench = make_bench(p.problem, p.state, p.ranges, p.context)
+    curves = [curve("time_s", 0.3, fall=500.0), curve("speed_rad_s", 0.9, fall=50.0)]
+    assert significant_left(bench, curves, SearchOptions()) == pytest.approx([0.3])
+    assert significant_left(bench, [], SearchOptions()) == pytest.approx([0.0])
 
 
 SPRING = {s.GRAVITY_SIN: 6.0, s.GRAVITY_WAVE: 0.05}

@@ -31,3 +31,16 @@ def test_a_joint_without_presliding_moves_as_beside_a_spring_of_no_strength(name
     beside = simulate_record(general, time, current, np.sin(time), windows, starts)
     # Without dry friction the loop does not split the sub-step in which the speed changes its sign.
     assert np.max(np.abs(alone - beside) / np.max(np.abs(beside), axis=1, keepdims=True)) < 1e-4
+
+
+@pytest.mark.parametrize("shape", [1.0, 2.0, 3.0])
+@pytest.mark.parametrize("weight", [0.02, -0.035])
+def test_a_joint_that_hangs_on_its_presliding_springs_stays_where_it_is(shape: float, weight: float) -> None:
+    time = np.linspace(0.0, 2.0, 501)
+    vector = s.neutral_vector()
+    vector[s.INERTIA], vector[s.VISCOUS], vector[s.LOAD_OFFSET] = 5e-4, 5e-4, weight
+    vector[s.PRESLIDING_LEVEL], vector[s.PRESLIDING_STIFFNESS], vector[s.PRESLIDING_SHAPE] = 0.05, 2.0, shape
+    windows, starts = np.array([-1]), np.array([[0.0, 0.3]])
+    speed, angle, _ = simulate_record(vector, time, np.zeros(501), np.empty(0), windows, starts)
+    assert np.max(np.abs(speed)) < 1e-6
+    assert angle == pytest.approx(np.full(501, 0.3), abs=1e-6)

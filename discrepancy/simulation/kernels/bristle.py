@@ -33,6 +33,29 @@ def slip_torque(springs: FloatArray, level: float, stiffness: float, travel: flo
 
 
 @njit(cache=True, error_model="numpy")
+def load_springs(p: FloatArray, springs: FloatArray, torque: float) -> None:
+    """Set the presliding springs as they stand at rest under an outer torque, N m, that has grown from zero.
+
+    A weight or an offset has bent them before a record begins.
+    """
+    level, stiffness = p[s.PRESLIDING_LEVEL], p[s.PRESLIDING_STIFFNESS]
+    side = 1.0 if torque > 0.0 else -1.0
+    bent = min(abs(torque), level) / stiffness
+    springs[0] = side * bent
+    widest = 2.0 * SLIPS / (SLIPS + 1.0) * level / stiffness
+    # All springs bend alike until the first ones slip: `left` is what the others still have to carry, over stiffness.
+    left, travel = bent * SLIPS, 0.0
+    for i in range(SLIPS):
+        most = widest * (i + 1) / SLIPS
+        travel = left / (SLIPS - i)
+        if travel <= most:
+            break
+        left -= most
+    for i in range(SLIPS):
+        springs[1 + i] = side * min(travel, widest * (i + 1) / SLIPS)
+
+
+@njit(cache=True, error_model="numpy")
 def bristle_torque(p: FloatArray, springs: FloatArray, travel: float) -> float:
     """Move the presliding springs by `travel`, return their mean torque: Dahl of exponent 1 or 2, exact, or slips."""
     level, stiffness = p[s.PRESLIDING_LEVEL], p[s.PRESLIDING_STIFFNESS]

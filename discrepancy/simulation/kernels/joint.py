@@ -17,7 +17,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from discrepancy.simulation import slots as s
-from discrepancy.simulation.kernels.bristle import SPRINGS, bristle_torque
+from discrepancy.simulation.kernels.bristle import SPRINGS, bristle_torque, load_springs
 from discrepancy.simulation.kernels.frozen import freeze
 from discrepancy.simulation.kernels.laws import (
     has_dry_friction,
@@ -144,7 +144,8 @@ def _simulate(
                     at_start, j = interpolate(t, u, t[k] - shift, j, hold)
                     current, seen, filtered, load = limit_current(p, at_start), q, w, w
                     if springs is not None:
-                        springs[:] = 0.0
+                        rest = motor_torque(p, current, 0.0) - p[s.LOAD_OFFSET]
+                        load_springs(p, springs, rest - position_torque(p, q, 0.0, current))
                     side = 1.0 if current > 0.0 else -1.0
                     twist = 0.5 * p[s.GAP] * (starts[window, 2] if starts.shape[1] > 2 else side)
                 window += 1

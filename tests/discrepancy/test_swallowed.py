@@ -1,0 +1,36 @@
+"""A constant that a weight of a long wave may have taken in is declared, where the records cannot tell."""
+
+import pytest
+
+from discrepancy.data.series import read_series
+from discrepancy.model.schema import JointModel
+from discrepancy.search.options import SearchOptions
+from discrepancy.search.outcome import Step
+from discrepancy.search.state import polish, scan_effect
+from discrepancy.search.swallowed import with_swallowed_offset
+from discrepancy.simulation import slots as s
+from discrepancy.workflow import prepare_simulation
+from tests.discrepancy.recorder import make_recording
+
+BOTH = {("gravity_unbalance", "load_torque_offset"), ("gravity_unbalance", "current_sensor_offset")}
+
+
+@pytest.mark.parametrize(
+    ("wave", "is_declared"),
+    [
+        pytest.param(0.3, True, id="the travel sees a bow"),
+        pytest.param(2.0, False, id="it sees whole periods"),
+    ],
+)
+def test_a_constant_is_declared_where_the_travel_sees_only_a_bow_of_the_wave(
+    nameplate: JointModel, wave: float, is_declared: bool
+) -> None:
+    truth = {s.GRAVITY_SIN: 0.04, s.GRAVITY_COS: 0.03, s.GRAVITY_WAVE: min(wave, 1.1)}
+    noise = 0.05 if is_declared else 0.001
+    series = [read_series(make_recording(truth, k, noise=noise), nameplate, str(k)) for k in (1, 2)]
+    p = prepare_simulation(nameplate, series, None)
+    named = polish(p.problem, scan_effect(p.problem, p.state, "gravity_unbalance", p.ranges), p.ranges)
+    steps = [Step(state=p.state, added=None), Step(state=named, added="gravity_unbalance")]
+    limits = SearchOptions(), p.context
+    found = with_swallowed_offset(p.problem, steps, p.ranges, limits)[-1]
+    assert (set(found.equivalents) >= BOTH) is is_declared
