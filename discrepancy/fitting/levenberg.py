@@ -177,7 +177,7 @@ def _fit(
     vector, starts = at
     reuse = None if scan is None else scan.reuse
     data, vector = problem.measured(), problem.prepare(vector)
-    point = Point(problem, data, vector, problem.with_best_twists(vector, starts))
+    point = Point(problem, data, vector, problem.with_inner_states(vector, starts))
     damping = 1e-3
     done = 0
     while True:

@@ -27,6 +27,8 @@ STEP_ANGLE = 0.25
 COARSE_STEP_ANGLE = 0.6
 """The same where starts are only compared: the frequency is right to 1.5 %."""
 SHORTEST_STEP_S = 2e-4
+PRELOAD = 3
+"""Column of the starting states for what the presliding springs carry beyond the equilibrium at rest, N m."""
 TWISTS = (-1.0, -0.5, 0.0, 0.5, 1.0)
 """Where in its gap a joint with play may begin, in half gaps."""
 
@@ -128,6 +130,20 @@ class SimulationProblem:
             rows.append(output)
         return self.flatten(rows)
 
+    def with_inner_states(self, vector: FloatArray, starts: Starts) -> Starts:
+        """Return the starts with the states that nobody measures: where a joint lies in its play, how its springs bend.
+
+        Springs of presliding friction begin in equilibrium with weight and offset, as at rest without current. What they
+        carry beyond that, N m, is one more starting state that is projected out.
+        """
+        if vector[s.GAP] > 0.0:
+            return self.with_best_twists(vector, starts)
+        width = PRELOAD + 1 if vector[s.PRESLIDING_LEVEL] > 0.0 else 2
+        return tuple(
+            start if start.shape[1] == width else np.pad(start[:, :2], ((0, 0), (0, width - 2)))
+            for start in starts
+        )
+
     def with_best_twists(self, vector: FloatArray, starts: Starts) -> Starts:
         """Return the starts with the place in the gap, in half gaps, from which each fresh window goes on best.
 
@@ -150,16 +166,17 @@ class SimulationProblem:
             tried[0][i][:, 2] = np.asarray(TWISTS)[best[a:b]]
         return tried[0]
 
-    def start_rows(self) -> tuple[int, ...]:
-        """Return which starting states the outputs reveal: speed, and angle where a position is an output."""
+    def start_rows(self, starts: Starts) -> tuple[int, ...]:
+        """Return which starting states the outputs reveal: speed, angle where a position is an output, springs."""
         has_position = any(channel.row == POSITION for channel in self.series[0].channels)
-        return (SPEED, POSITION) if has_position else (SPEED,)
+        motion = (SPEED, POSITION) if has_position else (SPEED,)
+        return (*motion, PRELOAD) if starts[0].shape[1] > PRELOAD else motion
 
     def start_columns(self, vector: FloatArray, starts: Starts, at: list[FloatArray]) -> list[FloatArray]:
-        """Return the sensitivities of the flattened output to all starting speeds, then to all starting angles."""
+        """Return the sensitivities of the flattened output to all starting speeds, then angles, then springs' loads."""
         columns = []
-        for row in self.start_rows():
-            size = [_START_STEP * max(1e-9, float(np.ptp(_channel_values(one, row)))) for one in self.series]
+        for row in self.start_rows(starts):
+            size = [_START_STEP * _natural_size(one, row, vector) for one in self.series]
             moved = tuple(start.copy() for start in starts)
             for start, step in zip(moved, size, strict=True):
                 start[:, row] += step
@@ -192,6 +209,13 @@ class SimulationProblem:
                 )
             offset += one.n * len(one.channels)
         return found
+
+
+def _natural_size(series: Series, row: int, vector: FloatArray) -> float:
+    """Return the size of a starting state: of the springs' load, a tenth of all that they carry."""
+    if row == PRELOAD:
+        return 0.1 * float(vector[s.PRESLIDING_LEVEL])
+    return max(1e-9, float(np.ptp(_channel_values(series, row))))
 
 
 def _channel_values(series: Series, row: int) -> FloatArray:

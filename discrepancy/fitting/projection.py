@@ -86,7 +86,7 @@ class Projector:
 
 def moved_starts(problem: SimulationProblem, starts: Starts, changes: list[FloatArray]) -> Starts:
     """Return the starting states with each window's changes added, one array a window in the order of `start_rows`."""
-    rows = problem.start_rows() if changes else ()
+    rows = problem.start_rows(starts) if changes else ()
     moved = tuple(start.copy() for start in starts)
     window = 0
     for start in moved:
@@ -113,7 +113,7 @@ def fit_starts(problem: SimulationProblem, vector: FloatArray, starts: Starts) -
     A fit (`levenberg`) cannot: its loss has the starts projected out already, so that no change of them lowers it.
     """
     data, vector = problem.measured(), problem.prepare(vector)
-    point = Point(problem, data, vector, problem.with_best_twists(vector, starts))
+    point = Point(problem, data, vector, problem.with_inner_states(vector, starts))
     loss = float(point.raw @ point.raw)
     for _ in range(_MOVES):
         projector = Projector(problem, point)

@@ -86,14 +86,15 @@ def correct_binning(
 def _fine_starts(
     pair: tuple[Series, Series], kept: Sequence[int], output: FloatArray, start: FloatArray
 ) -> FloatArray:
-    """Return the starting states half a bin earlier, where the full-rate windows begin, shape (m, 2).
+    """Return the starting states half a bin earlier, where the full-rate windows begin, shape (m, k) as `start`.
 
     What this extrapolation misses is a change of the start, which every fit projects out.
     """
     binned, full = pair
-    found = full.starts.copy()
+    found = np.pad(full.starts, ((0, 0), (0, start.shape[1] - 2)))
     for m, ((a, _), window) in enumerate(zip(binned.edges, kept, strict=True)):
         ahead = binned.time_s[a] - full.time_s[full.edges[window][0]]
         slope = (output[SPEED, a + 1] - output[SPEED, a]) / (binned.time_s[a + 1] - binned.time_s[a])
-        found[window] = start[m, 0] - slope * ahead, start[m, 1] - start[m, 0] * ahead
+        found[window] = start[m]
+        found[window, :2] -= slope * ahead, start[m, 0] * ahead
     return found

@@ -185,6 +185,6 @@ class TorqueProblem(SimulationProblem):
         """Return nothing: the motion is measured, no state has to be guessed."""
         return []
 
-    def start_rows(self) -> tuple[int, ...]:
+    def start_rows(self, starts: Starts) -> tuple[int, ...]:
         """Return nothing, likewise."""
         return ()

@@ -144,8 +144,8 @@ def _simulate(
                     at_start, j = interpolate(t, u, t[k] - shift, j, hold)
                     current, seen, filtered, load = limit_current(p, at_start), q, w, w
                     if springs is not None:
-                        rest = motor_torque(p, current, 0.0) - p[s.LOAD_OFFSET]
-                        load_springs(p, springs, rest - position_torque(p, q, 0.0, current))
+                        beyond = starts[window, 3] if starts.shape[1] > 3 else 0.0
+                        load_springs(p, springs, beyond - p[s.LOAD_OFFSET] - position_torque(p, q, 0.0, 0.0))
                     side = 1.0 if current > 0.0 else -1.0
                     twist = 0.5 * p[s.GAP] * (starts[window, 2] if starts.shape[1] > 2 else side)
                 window += 1
@@ -207,7 +207,8 @@ def simulate_record(
         u: Input (current, A, or force, N) at these times, shape (n,).
         angle: Measured angle, rad or m, shape (n,), or shape (0,) for the simulated one.
         windows: First sample of each window, shape (m,); `-k - 1` marks a window at k that begins afresh.
-        starts: Speed and angle at these samples, shape (m, 2).
+        starts: Speed and angle at these samples, shape (m, 2); the third column is the place in the gap, in half gaps,
+            the fourth what the presliding springs carry beyond the equilibrium, N m.
 
     Returns:
         Speed, position and current at each sample, shape (3, n).
