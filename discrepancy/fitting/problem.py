@@ -131,10 +131,10 @@ class SimulationProblem:
         return self.flatten(rows)
 
     def with_inner_states(self, vector: FloatArray, starts: Starts) -> Starts:
-        """Return the starts with the states that nobody measures: where a joint lies in its play, how its springs bend.
+        """Return the starts with the states that nobody measures: the place in the play, and how springs are bent.
 
-        Springs of presliding friction begin in equilibrium with weight and offset, as at rest without current. What they
-        carry beyond that, N m, is one more starting state that is projected out.
+        Springs of presliding friction begin in equilibrium with weight and offset, as at rest without current.
+        What they carry beyond that, N m, is one more starting state that is projected out.
         """
         if vector[s.GAP] > 0.0:
             return self.with_best_twists(vector, starts)

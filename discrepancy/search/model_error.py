@@ -9,7 +9,8 @@ acceleration, time; current and sensors likewise) with independent heights of an
 amount.
 
 With s^2 the sampling variance of a height, the prior of t^2 makes s^2 / (s^2 + t^2) uniform between 0 and 1 (M. J.
-Daniels, Can. J. Stat. 27, 1999): it has no scale of its own and is proper however few heights there are.
+Daniels, Can. J. Stat. 27, 1999): it is proper however few heights there are. It has no scale, and of a curve that the
+records hardly show the residual says nothing: the mean of t^2 is cut off at a part of the motion itself.
 
 The residual is judged in its own noise, without the ends of the records: a smoothed speed errs there several times more
 than elsewhere, and a prediction-error filter has no past to predict from.
@@ -35,6 +36,10 @@ _VISIBLE = 1e-9
 _TAPER = 0.1
 """The noise falls by six decades towards the highest frequency: without a taper the ends of the record hide that."""
 _WHITENER = 6
+LARGEST = 0.02
+"""A curve that the laws lack moves the outputs by at most this part of what they are (rms),"""
+SHOWN = 3.0
+"""or by so many times what the model leaves of them, if that is more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,17 +96,26 @@ def law_variances(problem: SimulationProblem, at: Fit, settled: Settled, inverse
     moved, shown = start_projector(problem, at), start_projector(settled.problem, settled.fit)
     own, _ = np.linalg.qr(_scaled(settled.fit.jacobian))
     left = settled.fit.residual - own @ (own.T @ settled.fit.residual)
-    total = np.zeros(len(at.parameters))
+    size = float(np.linalg.norm(problem.flatten(outputs)))
+    total, largest = np.zeros(len(at.parameters)), max((LARGEST * size) ** 2, SHOWN**2 * at.loss)
     for responses in law_responses(problem, at.vector, outputs):
         heights = moved.project(flat_columns(problem, responses))
         sharp = shown.project(flat_columns(settled.problem, responses))
-        square = _mean_square(sharp - own @ (own.T @ sharp), left, settled.unit)
+        cap = largest / max(float(np.sum(heights**2)), 1e-300)
+        square = _mean_square(sharp - own @ (own.T @ sharp), left, (settled.unit, cap))
         total += square * np.sum((inverse @ (at.jacobian.T @ heights)) ** 2, axis=1)
     return total
 
 
-def _mean_square(columns: FloatArray, left: FloatArray, unit: float) -> float:
-    """Return the posterior mean of the variance of the heights whose effect on the residual `columns` holds."""
+def _mean_square(columns: FloatArray, left: FloatArray, limits: tuple[float, float]) -> float:
+    """Return the posterior mean of the variance of the heights whose effect on the residual `columns` holds.
+
+    Args:
+        columns: effect of a unit height, shape (N, k).
+        left: the residual, shape (N,).
+        limits: variance of its noise, and the largest variance that the heights may have.
+    """
+    unit, largest = limits
     power, turned = np.linalg.eigh(columns.T @ columns / unit)
     seen = power > _VISIBLE * power[-1]
     if power[-1] <= 0.0 or not seen.any():
@@ -113,7 +127,7 @@ def _mean_square(columns: FloatArray, left: FloatArray, unit: float) -> float:
     grown = squares[:, None] * power
     log = 0.5 * np.sum(squares[:, None] * found**2 / (1.0 + grown) - np.log1p(grown), axis=1)
     weights = prior * np.exp(log - log.max())
-    return float(weights @ squares / weights.sum())
+    return min(largest, float(weights @ squares / weights.sum()))
 
 
 def _scaled(columns: FloatArray) -> FloatArray:

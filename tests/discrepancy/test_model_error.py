@@ -7,7 +7,7 @@ import pytest
 
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.model.schema import JointModel
-from discrepancy.search.model_error import settle
+from discrepancy.search.model_error import _mean_square, settle
 from discrepancy.search.outcome import SearchOutcome
 from discrepancy.search.standard_errors import robust_covariance
 from discrepancy.search.stretches import stretch_variances
@@ -103,3 +103,20 @@ def test_stretches_keep_holes_and_need_no_angle(settled: tuple[SearchOutcome, Si
     found = stretch_variances(replace(outcome.problem, series=(holed,)), fit)
     assert found.shape == (len(fit.parameters),)
     assert np.all(np.isfinite(found))
+
+
+@pytest.mark.parametrize(
+    ("seen", "expected"),
+    [pytest.param(1e-3, 0.1, id="hardly shown"), pytest.param(1e3, 2.0, id="plainly shown")],
+)
+def test_a_curve_that_the_records_hardly_show_is_no_larger_than_laws_err(
+    seen: float, expected: float
+) -> None:
+    rng = np.random.default_rng(3)
+    columns = seen * rng.normal(size=(4000, 9)) / np.sqrt(4000.0)
+    left = columns @ rng.choice([-2.0, 2.0], 9) + rng.normal(size=4000)
+    root = np.sqrt(_mean_square(columns, left, (1.0, expected**2 if seen < 1.0 else 100.0)))
+    assert root <= expected if seen < 1.0 else root == pytest.approx(expected, rel=0.6)
+    assert root > 0.2 * expected
+    # Without a limit a curve that nobody sees could be anything.
+    assert seen > 1.0 or np.sqrt(_mean_square(columns, left, (1.0, np.inf))) > 100.0 * root
