@@ -1,5 +1,6 @@
 """Make the answer of what the search accepted: parameters with errors, figures at full rate, the extended model."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -42,7 +43,7 @@ def quantities(
     found: dict[tuple[str, str], Quantity] = {}
     for i, parameter in enumerate(state.fit.parameters):
         value = float(state.fit.vector[parameter.slot])
-        std = float(errors[i])
+        std = math.hypot(float(errors[i]), step.apart.get(parameter.slot, 0.0))
         unit = model.parameters[parameter.name].unit if parameter.name in model.parameters else ""
         found[parameter.owner, parameter.name] = Quantity(value=value, std=std, unit=unit)
     for name in state.present:

@@ -28,6 +28,7 @@ class Step:
 
     Attributes:
         errors: standard errors of the fitted values, shape (p,), where another fit than the search's gave these.
+        apart: how far the values of a model that is declared equivalent lie, by slot, where that was looked at.
     """
 
     state: State
@@ -36,6 +37,7 @@ class Step:
     fall: float = 0.0
     closed: FloatArray = field(default_factory=lambda: np.zeros(1))
     errors: FloatArray | None = None
+    apart: Mapping[int, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,7 +1,8 @@
 """A constant torque that a named weight may have taken in: declared where the records cannot tell.
 
 Over a short travel the sum of a sinusoid and a constant is a sinusoid of a longer wave, but for terms of third order.
-A search that found the weight first then needs no constant, and the wave number is what went wrong.
+A search that found the weight first then needs no constant, and the wave number is what went wrong. How far the values
+of such models lie from the named one's is part of its standard errors.
 """
 
 from collections.abc import Sequence
@@ -39,27 +40,33 @@ def with_swallowed_offset(
         limits: options and the search's context.
     """
     last = steps[-1].state
-    named = WEIGHT in last.added and not set(OFFSETS) & set(last.present)
-    if not named or last.is_chaotic or not _may_hold(problem, last, ranges, limits):
+    if WEIGHT not in last.added or set(OFFSETS) & set(last.present) or last.is_chaotic:
+        return tuple(steps)
+    rivals = _with_constant(problem, last, ranges, limits)
+    if not rivals:
         return tuple(steps)
     more: dict[str | None, list[Equivalent]] = {
         WEIGHT: [(WEIGHT, one) for one in OFFSETS],
         LEVEL: [ASYMMETRIC],
     }
-    return tuple(
+    told = [
         replace(step, equivalents=tuple(dict.fromkeys([*step.equivalents, *more.get(step.added, [])])))
         for step in steps
-    )
+    ]
+    far = np.max([np.abs(one.fit.vector - last.fit.vector) for one in rivals], axis=0)
+    apart = {p.slot: float(far[p.slot]) for p in last.fit.parameters}
+    return (*told[:-1], replace(told[-1], apart=apart))
 
 
-def _may_hold(
+def _with_constant(
     problem: SimulationProblem, state: State, ranges: Ranges, limits: tuple[SearchOptions, Context]
-) -> bool:
-    """Return whether a shorter wave with a material constant beside it fits as well as the fitted wave."""
+) -> list[State]:
+    """Return the models with a shorter wave and a material constant beside it that fit as well as the fitted wave."""
     options, context = limits
     wave, offset = EFFECTS[WEIGHT].wave, OFFSETS[0]
     if wave is None:
-        return False
+        return []
+    found = []
     unit = max(1.0, state.fit.loss / problem.rows)
     limit = state.fit.loss + options.doubt * unit
     both = (*state.added, offset)
@@ -76,5 +83,5 @@ def _may_hold(
         bare = replace(bare, fit=fit(problem, [], bare.fit.vector, bare.fit.starts, 0))
         shown = closed_amount(problem, context, (bare, trial))
         if np.any(shown > context.material(options, state.added)):
-            return True
-    return False
+            found.append(trial)
+    return found

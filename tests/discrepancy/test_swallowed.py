@@ -34,3 +34,5 @@ def test_a_constant_is_declared_where_the_travel_sees_only_a_bow_of_the_wave(
     limits = SearchOptions(), p.context
     found = with_swallowed_offset(p.problem, steps, p.ranges, limits)[-1]
     assert (set(found.equivalents) >= BOTH) is is_declared
+    apart = found.apart.get(s.GRAVITY_WAVE, 0.0) > 0.2 * float(named.fit.vector[s.GRAVITY_WAVE])
+    assert apart is is_declared
