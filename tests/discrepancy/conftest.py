@@ -10,8 +10,14 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from daq.recording.recording import Recording
+from discrepancy.data.series import read_series
 from discrepancy.model.reader import parse_model
 from discrepancy.model.schema import JointModel
+from discrepancy.search.course import Course
+from discrepancy.search.outcome import Step
+from discrepancy.simulation import slots as s
+from discrepancy.workflow import prepare_simulation
+from tests.discrepancy.recorder import make_recording
 
 Recorder = Callable[[Mapping[int, float], int], Recording]
 
@@ -37,3 +43,13 @@ def record() -> Recorder:
     from tests.discrepancy.recorder import make_recording
 
     return lambda changes, seed: make_recording(changes, seed, input_seed=0 if seed < 10 else seed)
+
+
+@pytest.fixture
+def begun(nameplate: JointModel) -> Course:
+    """Return the course of a search for dry friction that has only just begun, its records played twice."""
+    series = [read_series(make_recording({s.COULOMB: 0.15}, seed), nameplate, str(seed)) for seed in (1, 2)]
+    p = prepare_simulation(nameplate, series, None)
+    return Course(
+        problem=p.problem, context=p.context, ranges=p.ranges, steps=(Step(state=p.state, added=None),)
+    )

@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import pytest
 
-from discrepancy.data.series import read_series
-from discrepancy.model.schema import JointModel
 from discrepancy.search import faint as module
 from discrepancy.search.course import Course
 from discrepancy.search.faint import with_faint_effects
@@ -13,24 +11,18 @@ from discrepancy.search.greedy import Round
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import Step
 from discrepancy.search.state import State
-from discrepancy.simulation import slots as s
-from discrepancy.workflow import prepare_simulation
-from tests.discrepancy.recorder import make_recording
 
 LARGE, SMALL = "belt_compliance", "viscous_friction_drift"
 OPTIONS = SearchOptions()
 
 
 @pytest.fixture
-def course(nameplate: JointModel) -> Course:
+def course(begun: Course) -> Course:
     """Return a course whose last round added nothing to one large effect."""
-    series = [read_series(make_recording({s.COULOMB: 0.15}, seed), nameplate, str(seed)) for seed in (1, 2)]
-    p = prepare_simulation(nameplate, series, None)
-    large = replace(p.state, added=(LARGE,))
-    done = Round(start=large, before=large, contenders=(), winner=None, equivalents=(), problem=p.problem)
-    steps = (Step(state=p.state, added=None), Step(state=large, added=LARGE))
-    assert p.context.repeat_noise is not None
-    return Course(problem=p.problem, context=p.context, ranges=p.ranges, steps=steps, rounds=(done,))
+    large = replace(begun.current, added=(LARGE,))
+    done = Round(start=large, before=large, contenders=(), winner=None, equivalents=(), problem=begun.problem)
+    assert begun.context.repeat_noise is not None
+    return replace(begun, steps=(*begun.steps, Step(state=large, added=LARGE)), rounds=(done,))
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,6 @@ from dataclasses import replace
 
 import pytest
 
-from discrepancy.data.series import read_series
-from discrepancy.model.schema import JointModel
 from discrepancy.search import course as module
 from discrepancy.search.choice import Contender
 from discrepancy.search.course import Course, without_play
@@ -13,22 +11,9 @@ from discrepancy.search.greedy import Round
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import Step
 from discrepancy.search.state import State
-from discrepancy.simulation import slots as s
-from discrepancy.workflow import prepare_simulation
-from tests.discrepancy.recorder import make_recording
 
 PLAY, SHAFT = "backlash", "belt_compliance"
 OPTIONS = SearchOptions()
-
-
-@pytest.fixture
-def begun(nameplate: JointModel) -> Course:
-    """Return the course of a search that has only just begun."""
-    series = [read_series(make_recording({s.COULOMB: 0.15}, seed), nameplate, str(seed)) for seed in (1, 2)]
-    p = prepare_simulation(nameplate, series, None)
-    return Course(
-        problem=p.problem, context=p.context, ranges=p.ranges, steps=(Step(state=p.state, added=None),)
-    )
 
 
 def ended(begun: Course, shaft_leaves: float) -> Course:
