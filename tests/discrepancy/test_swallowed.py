@@ -16,17 +16,16 @@ BOTH = {("gravity_unbalance", "load_torque_offset"), ("gravity_unbalance", "curr
 
 
 @pytest.mark.parametrize(
-    ("wave", "is_declared"),
+    ("noise", "is_declared"),
     [
-        pytest.param(0.3, True, id="the travel sees a bow"),
-        pytest.param(2.0, False, id="it sees whole periods"),
+        pytest.param(0.01, True, id="terms of third order drown"),
+        pytest.param(0.001, False, id="they show"),
     ],
 )
-def test_a_constant_is_declared_where_the_travel_sees_only_a_bow_of_the_wave(
-    nameplate: JointModel, wave: float, is_declared: bool
+def test_a_constant_is_declared_where_the_records_cannot_tell_it_from_a_longer_wave(
+    nameplate: JointModel, noise: float, is_declared: bool
 ) -> None:
-    truth = {s.GRAVITY_SIN: 0.04, s.GRAVITY_COS: 0.03, s.GRAVITY_WAVE: min(wave, 1.1)}
-    noise = 0.05 if is_declared else 0.001
+    truth = {s.GRAVITY_SIN: 0.2, s.GRAVITY_COS: 0.15, s.GRAVITY_WAVE: 0.5}
     series = [read_series(make_recording(truth, k, noise=noise), nameplate, str(k)) for k in (1, 2)]
     p = prepare_simulation(nameplate, series, None)
     named = polish(p.problem, scan_effect(p.problem, p.state, "gravity_unbalance", p.ranges), p.ranges)
