@@ -164,7 +164,7 @@ class Sight:
         jacobian, change = self.fit.jacobian, self.change(one.at(size))
         # What the model's own parameters follow when they are fitted again.
         left = change - jacobian @ (np.linalg.pinv(self.normal, rcond=1e-14) @ (jacobian.T @ change))
-        need = self.context.alarm(options) + options.per_parameter * one.free
+        need = self.context.least_fall(options, one.free)
         each = self.context.rms(self.problem, output_losses(self.problem, left))
         visible = self.context.material(options, (*self.present, one.id))
         return min(float(left @ left) / need, float(np.max((each / visible) ** 2)))

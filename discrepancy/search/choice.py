@@ -52,7 +52,7 @@ def choose(
     passing = [
         c
         for c in judged
-        if c.fall > context.alarm(options) + options.per_parameter * own_size(c)
+        if c.fall > context.least_fall(options, own_size(c))
         and np.any(c.closed > np.maximum(least, _least_to_replace(c, state, options, context)))
         and c.part > part
         and c.white_loss < (1.0 - options.material_rms) ** 2 * state.fit.loss
@@ -115,7 +115,7 @@ def _shows(richer: Contender, winner: Contender, options: SearchOptions, context
     At a fraction of its strength the dip of Stribeck friction is the first part of it to go under.
     """
     further = own_size(richer) - own_size(winner)
-    significant = richer.fall - winner.fall > context.alarm(options) + options.per_parameter * further
+    significant = richer.fall - winner.fall > context.least_fall(options, further)
     return significant and bool(np.any(_apart(richer, winner) > options.simpler * winner.closed))
 
 

@@ -52,6 +52,10 @@ class Context:
         unsure = self.repeat_noise is None and self.scout is not None
         return options.alarm * (options.unsure if unsure else 1.0)
 
+    def least_fall(self, options: SearchOptions, size: int) -> float:
+        """Return the least fall of the held-out loss for something with `size` free numbers to be significant."""
+        return self.alarm(options) + options.per_parameter * size
+
     def material(self, options: SearchOptions, present: Sequence[str]) -> FloatArray:
         """Return the least closed gap that counts, in units of one sample's noise, by output."""
         chaotic = any(EFFECTS[name].chaotic for name in present)

@@ -51,7 +51,7 @@ def find_doubts(
 
     def admits(found: Judgement, size: int, least: FloatArray) -> bool:
         seen = bool(np.any(found.closed > least))
-        return seen and found.fall > context.alarm(options) + options.per_parameter * size
+        return seen and found.fall > context.least_fall(options, size)
 
     own = {EFFECTS[name].driver for name in state.present}
     # What is left must not be about as large as what was named, however small both are.
@@ -87,8 +87,8 @@ def find_doubts(
 
 def significant_left(bench: Bench, curves: Sequence[Curve], options: SearchOptions) -> FloatArray:
     """Return what the largest significant curve would close, rms by output in noise of one sample, shape (C,)."""
-    least = bench.context.alarm(options)
-    seen = (one.judged.closed for one in curves if one.judged.fall > least + options.per_parameter * one.size)
+    least_fall = bench.context.least_fall
+    seen = (one.judged.closed for one in curves if one.judged.fall > least_fall(options, one.size))
     return np.asarray(np.max([np.zeros_like(bench.excess), *seen], axis=0))
 
 

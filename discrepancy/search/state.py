@@ -243,10 +243,12 @@ def _with_other_waves(vector: FloatArray, bare: State, effect: Effect, ranges: R
     A sinusoid of so long a wave that the travel sees a bow of it takes in a constant: with the constant in the model
     its wave is another one, too far away for a step of a fit.
     """
-    found = []
-    for name in bare.added:
+    found: list[FloatArray] = []
+    if effect.wave is not None:
+        return found
+    for name in (one for one in bare.added if one in effect.confused_with):
         wave = EFFECTS[name].wave
-        if wave is None or name not in effect.confused_with or effect.wave is not None:
+        if wave is None:
             continue
         for number in {start[wave.name] for start in EFFECTS[name].starts(ranges)}:
             found.append(vector.copy())
