@@ -1,40 +1,24 @@
 """What the search leaves open, and the experiment, or the other measurement, that would settle it."""
 
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
-
-import numpy as np
 
 from discrepancy.design.discovery import discover, search_of
 from discrepancy.design.limits import RigLimits, limits_of_records
 from discrepancy.design.measurements import other_measurement
-from discrepancy.design.prediction import Stage
-from discrepancy.design.proposal import ENOUGH, Proposal, propose
-from discrepancy.design.question import (
-    Quantities,
-    Question,
-    Rival,
-    Wanted,
-    known_errors,
-    wanted_of,
-)
+from discrepancy.design.proposal import ENOUGH, propose
+from discrepancy.design.question import Quantities, Question, Rival, known_errors
 from discrepancy.effects.table import EFFECTS
+from discrepancy.search.asking import Asker, between, rival_of
 from discrepancy.search.choice import Contender
 from discrepancy.search.entries import Entry, only_measurement, others, proposed, revealing, why_hidden
 from discrepancy.search.greedy import Round
-from discrepancy.search.known import GOOD_ERROR, POOR_ERROR, poorly_known
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
-from discrepancy.search.outputs import output_counts
 from discrepancy.search.same import Equivalent, exact_equivalents
 
 MOST_RIVALS = 3
-LEAST = 0.05
-"""Below this share of what is needed by every pair, a proposal does not tell rivals apart."""
-SAFETY = 2.0
-"""A predicted distance scatters by twice its root when it is measured: ask for more than the search does."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,40 +31,14 @@ class _Open:
     hopeless: tuple[Equivalent, ...]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Asker:
-    """The finished search, the rig's limits, and how well each parameter of the last model is known."""
-
-    outcome: SearchOutcome
-    limits: RigLimits
-    errors: Mapping[str, Mapping[str, float]]
-
-    def stage(self, done: Round | None) -> Stage:
-        """Return where predictions are made, in the noise that a round (the whole search) was judged in."""
-        problem = self.outcome.problem if done is None else done.problem
-        return Stage(
-            template=problem.series[0], noise=problem.noise, limits=self.limits, known=problem.series
-        )
-
-    def before(self, step: Step) -> tuple[Step, ...]:
-        """Return the steps that were accepted before this one."""
-        names = [one.added for one in self.outcome.steps]
-        return self.outcome.steps[: names.index(step.added)]
-
-    def wanted(self, rival: Rival, owner: str) -> tuple[Wanted, ...]:
-        """Return which parameters of an effect are known too poorly."""
-        told, _ = poorly_known(self.outcome, rival.state, owner, self.errors.get(owner, {}))
-        return wanted_of(rival.state, owner, told, (POOR_ERROR, GOOD_ERROR))
-
-
 def next_question(
     outcome: SearchOutcome, limits: RigLimits | None = None, values: Quantities | None = None
 ) -> Entry | None:
     """Return what to do next; None if nothing is open.
 
-    Equivalents come first, then the nearest laws where the verdict is `unknown`,
-    then poorly known parameters, then richer laws that the data leave room for. Where nothing is named, or nothing
-    that is named explains the rest, the question is what the records could hide.
+    Equivalents come first, a weight with a constant last of these, then the nearest laws where the verdict is
+    `unknown`, then poorly known parameters, then richer laws that the data leave room for. Where nothing is named, or
+    nothing that is named explains the rest, the question is what the records could hide.
 
     Args:
         outcome: the finished search.
@@ -90,7 +48,7 @@ def next_question(
     if outcome.is_torque:
         return None
     limits = limits or limits_of_records(outcome.problem.series)
-    asker = _Asker(outcome=outcome, limits=limits, errors=known_errors(values or {}))
+    asker = Asker(outcome=outcome, limits=limits, errors=known_errors(values or {}))
     questions = [_open(step, done) for step, done in _rounds(outcome)]
     measurements = _measurements(outcome, questions)
     for question in questions:
@@ -98,7 +56,13 @@ def next_question(
         if entry is not None:
             return {**entry, **others(measurements)}
         measurements += _without_answer(question)
-    entry = _unnamed(asker) or _poor_parameters(asker) or _richer_law(asker) or _hidden(asker)
+    entry = (
+        _of_several(asker)
+        or _unnamed(asker)
+        or _poor_parameters(asker)
+        or _richer_law(asker)
+        or _hidden(asker)
+    )
     if entry is not None:
         return {**entry, **others(measurements)}
     return only_measurement(measurements)
@@ -144,81 +108,28 @@ def _without_answer(question: _Open) -> list[dict[str, Any]]:
     ]
 
 
-def _rival(contender: Contender) -> Rival:
-    return Rival(name=contender.name, state=contender.state)
-
-
-def _needed(
-    outcome: SearchOutcome,
-    before: Sequence[Step],
-    pair: tuple[Contender, Contender],
-    duration_s: float,
-) -> float:
-    """Return the distance, in noise variances, that is wanting until the search tells two rivals apart.
-
-    Args:
-        outcome: the finished search.
-        before: steps accepted before the round in question; what they closed decides what is visible.
-        pair: the rivals as they stand; what already tells them apart counts.
-        duration_s: of the record that is to do it.
-    """
-    options, problem = SearchOptions(), outcome.problem
-    closed = np.sqrt(sum((step.closed**2 for step in before), np.zeros(1)))
-    visible = 0.5 * replace(outcome.context, closed=closed).material(options, ())
-    counts = output_counts(problem)
-    first, other = pair
-    fall = SAFETY * options.doubt - max(0.0, first.fall - other.fall)
-    apart = SAFETY * visible**2 * (counts + duration_s / problem.series[0].step)
-    apart = apart - np.maximum(0.0, first.closed**2 - other.closed**2) * counts
-    # The output that tells them apart first suffices.
-    return max(1.0, fall, float(np.min(apart * outcome.context.bin_size)))
-
-
-def _equivalents(asker: _Asker, question: _Open) -> Entry | None:
+def _equivalents(asker: Asker, question: _Open) -> Entry | None:
     """Ask what tells a named effect from its equivalents, and for its parameters in the same record."""
     if len(question.rivals) < 2:
         return None
-    first = _rival(question.rivals[0])
+    first = rival_of(question.rivals[0])
     wanted = asker.wanted(first, first.name) if question.step is asker.outcome.steps[-1] else ()
-    return _between(asker, question.done, (question.rivals, asker.before(question.step)), wanted)
+    return between(asker, question.done, (question.rivals, asker.before(question.step)), wanted)
 
 
-def _between(
-    asker: _Asker,
-    done: Round,
-    rest: tuple[Sequence[Contender], Sequence[Step]],
-    wanted: tuple[Wanted, ...] = (),
-) -> Entry | None:
-    contenders, before = rest
-    if len(contenders) < 2:
+def _of_several(asker: Asker) -> Entry | None:
+    """Ask what tells the whole model from one of several effects that is declared equivalent to it."""
+    steps = asker.outcome.steps
+    rivals = steps[-1].rivals
+    if not rivals or rivals[0].state.added != steps[-1].state.added:
         return None
-
-    def needed(duration_s: float, i: int) -> float:
-        return _needed(asker.outcome, before, (contenders[0], contenders[i + 1]), duration_s)
-
-    rivals = tuple(_rival(one) for one in contenders)
-    stage = asker.stage(done)
-    proposal = propose(stage, Question(rivals=rivals, needed=needed, wanted=wanted))
-    if (
-        proposal is None
-        or max(d / needed(proposal.duration_s, i) for i, d in enumerate(proposal.distances)) < LEAST
-    ):
-        return None
-    return proposed(_apart(stage, rivals, proposal), [one.name for one in rivals], proposal)
+    first, other = rivals
+    before = [step for step in steps if step.added != first.name]
+    entry = between(asker, None, (rivals, before), asker.wanted(rival_of(first), first.name))
+    return None if entry is None else {**entry, "separates": [first.name, other.state.added[-1]]}
 
 
-def _apart(stage: Stage, rivals: Sequence[Rival], proposal: Proposal) -> str:
-    """Return what the prediction says, in the output's own unit."""
-    channel = stage.template.channels[0].name
-    samples = proposal.duration_s / stage.template.step
-    told = [
-        f"{other.name} stays {math.sqrt(far / samples) * stage.noise.sigma[channel]:.2g} (rms of {channel}) off"
-        for other, far in zip(rivals[1:], proposal.distances, strict=True)
-    ]
-    return f"refitted to what {rivals[0].name} predicts here, {', '.join(told)}"
-
-
-def _unnamed(asker: _Asker) -> Entry | None:
+def _unnamed(asker: Asker) -> Entry | None:
     """Ask about the nearest laws of the first round whose winner did not last, where something is left unnamed."""
     outcome = asker.outcome
     if outcome.unknown is None:
@@ -227,11 +138,11 @@ def _unnamed(asker: _Asker) -> Entry | None:
     lost = [done for done in outcome.rounds if done.winner is None or done.winner.name not in kept]
     for done in lost[:1]:
         helping = [one for one in done.contenders if one.fall > SearchOptions().alarm][:MOST_RIVALS]
-        return _between(asker, done, (helping, outcome.steps))
+        return between(asker, done, (helping, outcome.steps))
     return None
 
 
-def _poor_parameters(asker: _Asker) -> Entry | None:
+def _poor_parameters(asker: Asker) -> Entry | None:
     """Ask for all poorly known parameters of all named effects at once."""
     last = Rival(name="", state=asker.outcome.steps[-1].state)
     wanted = tuple(one for owner in last.state.added for one in asker.wanted(last, owner))
@@ -254,7 +165,7 @@ def _poor_parameters(asker: _Asker) -> Entry | None:
     return {**entry, "predicted": predicted}
 
 
-def _richer_law(asker: _Asker) -> Entry | None:
+def _richer_law(asker: Asker) -> Entry | None:
     """Ask about laws that contain a named one, fit as well, and would differ visibly where nobody has looked yet."""
     options, outcome = SearchOptions(), asker.outcome
     for step, done in _rounds(outcome):
@@ -267,13 +178,13 @@ def _richer_law(asker: _Asker) -> Entry | None:
             ):
                 continue
             # Here the richer law is the truth that the simpler one would have to follow.
-            entry = _between(asker, done, ((rival, done.winner), asker.before(step)))
+            entry = between(asker, done, ((rival, done.winner), asker.before(step)))
             if entry is not None and entry["worth"] >= ENOUGH:
                 return entry
     return None
 
 
-def _hidden(asker: _Asker) -> Entry | None:
+def _hidden(asker: Asker) -> Entry | None:
     """Ask what the records could hide, where they have given no name to what is missing."""
     outcome = asker.outcome
     if outcome.verdict == "named":

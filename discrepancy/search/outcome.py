@@ -11,6 +11,7 @@ from discrepancy.effects.spec import Port, Ranges
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
 from discrepancy.search.bench import Bench, make_bench
+from discrepancy.search.choice import Contender
 from discrepancy.search.context import Context
 from discrepancy.search.curves import judge_curves
 from discrepancy.search.greedy import Round
@@ -29,6 +30,7 @@ class Step:
     Attributes:
         errors: standard errors of the fitted values, shape (p,), where another fit than the search's gave these.
         apart: how far the values of a model that is declared equivalent lie, by slot, where that was looked at.
+        rivals: the whole model and one of several effects that is declared equivalent to it, where that was looked at.
     """
 
     state: State
@@ -38,6 +40,7 @@ class Step:
     closed: FloatArray = field(default_factory=lambda: np.zeros(1))
     errors: FloatArray | None = None
     apart: Mapping[int, float] = field(default_factory=dict)
+    rivals: tuple[Contender, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,6 +14,7 @@ from discrepancy.effects.spec import Ranges
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.levenberg import fit
 from discrepancy.fitting.problem import SimulationProblem
+from discrepancy.search.choice import Contender
 from discrepancy.search.context import Context
 from discrepancy.search.greedy import closed_amount
 from discrepancy.search.options import SearchOptions
@@ -55,13 +56,26 @@ def with_swallowed_offset(
     ]
     far = np.max([np.abs(one.fit.vector - last.fit.vector) for one in rivals], axis=0)
     apart = {p.slot: float(far[p.slot]) for p in last.fit.parameters}
-    return (*told[:-1], replace(told[-1], apart=apart))
+    return (*told[:-1], replace(told[-1], apart=apart, rivals=_pair(problem, last, rivals[0])))
+
+
+def _pair(problem: SimulationProblem, named: State, rival: State) -> tuple[Contender, ...]:
+    """Return the named model and the one with a constant as what an experiment has to tell apart."""
+    unit = max(1.0, named.fit.loss / problem.rows)
+    fall = (named.fit.loss - rival.fit.loss) / unit
+    return (
+        Contender(name=WEIGHT, state=named, white_loss=named.fit.loss),
+        Contender(name=f"{WEIGHT} + {OFFSETS[0]}", state=rival, white_loss=rival.fit.loss, fall=fall),
+    )
 
 
 def _with_constant(
     problem: SimulationProblem, state: State, ranges: Ranges, limits: tuple[SearchOptions, Context]
 ) -> list[State]:
-    """Return the models with a shorter wave and a material constant beside it that fit as well as the fitted wave."""
+    """Return the models with a shorter wave and a material constant beside it that fit as well as the fitted wave.
+
+    The nearest wave, which is the hardest to tell from the fitted one, comes first.
+    """
     options, context = limits
     wave, offset = EFFECTS[WEIGHT].wave, OFFSETS[0]
     if wave is None:

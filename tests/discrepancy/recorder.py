@@ -10,6 +10,7 @@ from discrepancy.simulation import slots as s
 from discrepancy.simulation.kernels.joint import simulate_record
 
 FloatArray = NDArray[np.float64]
+STEP_S = 2e-3
 
 
 def excite(seed: int, n: int, step_s: float) -> FloatArray:
@@ -23,16 +24,21 @@ def excite(seed: int, n: int, step_s: float) -> FloatArray:
 
 
 def make_recording(
-    changes: Mapping[int, float], seed: int, *, noise: float = 0.01, input_seed: int = 0
+    changes: Mapping[int, float],
+    seed: int,
+    *,
+    noise: float = 0.01,
+    input_seed: int = 0,
+    played: FloatArray | None = None,
 ) -> Recording:
-    """Simulate 16 s at 2 ms with the package's kernel and add white speed noise."""
-    n, step = 8000, 2e-3
+    """Simulate 16 s at 2 ms, or as long as the current that was played, and add white speed noise."""
+    current = excite(input_seed, 8000, STEP_S) if played is None else played
+    n, step = current.size, STEP_S
     vector = s.neutral_vector()
     vector[s.INERTIA], vector[s.VISCOUS] = 0.5, 0.9
     for slot, value in changes.items():
         vector[slot] = value
     time = np.arange(n, dtype=np.float64) * step
-    current = excite(input_seed, n, step)
     out = simulate_record(vector, time, current, np.empty(0), np.array([-1]), np.zeros((1, 2)))
     rng = np.random.default_rng(seed)
     columns = {
