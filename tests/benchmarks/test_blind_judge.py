@@ -92,3 +92,5 @@ def test_unknown_at_the_right_place_is_told_from_unknown_elsewhere() -> None:
 def test_interval_agrees_with_the_published_example() -> None:
     # R. G. Newcombe, Statistics in Medicine 17, 1998, table I: 81 of 263, method 3 (Wilson): 0.2553 to 0.3662.
     assert wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=5e-5)
+    # Rounding must not take an end out of its range: a table would print -0.0 %.
+    assert all(wilson(0, total)[0] >= 0.0 and wilson(total, total)[1] <= 1.0 for total in range(1, 300))
