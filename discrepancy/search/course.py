@@ -85,6 +85,8 @@ def without_play(begun: Course, course: Course, options: SearchOptions) -> Cours
         return course
     earlier = [step for step in course.steps if step.added is None or step.added in chosen.start.added]
     play = frozenset(name for name, effect in EFFECTS.items() if effect.chaotic)
+    # With play the steps went over to finer samples: here they are fitted to those of the beginning again.
+    earlier = [replace(one, state=refit(begun.problem, one.state, begun.ranges, 3)) for one in earlier]
     closed = np.sqrt(sum((step.closed**2 for step in earlier), np.zeros(1)))
     other = replace(
         begun,

@@ -4,13 +4,16 @@ from dataclasses import replace
 
 import pytest
 
+from discrepancy.effects.spec import Ranges
+from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.search import course as module
 from discrepancy.search.choice import Contender
 from discrepancy.search.course import Course, without_play
+from discrepancy.search.fine import scout_problem
 from discrepancy.search.greedy import Round
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import Step
-from discrepancy.search.state import State
+from discrepancy.search.state import State, refit
 
 PLAY, SHAFT = "backlash", "belt_compliance"
 OPTIONS = SearchOptions()
@@ -70,3 +73,26 @@ def test_a_soft_shaft_and_further_effects_may_take_the_place_of_play(
 
 def test_nothing_is_asked_again_where_no_play_was_taken(begun: Course) -> None:
     assert without_play(begun, begun, OPTIONS) is begun
+
+
+def test_what_was_named_before_play_is_fitted_to_the_samples_of_the_beginning_again(
+    begun: Course, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    course = ended(begun, 1.5)
+    base = begun.steps[0]
+    other = scout_problem(begun.problem)
+    moved = replace(base, state=refit(other, base.state, begun.ranges, 0))
+    assert moved.state.fit.residual.size < base.state.fit.residual.size
+
+    def fitted(problem: SimulationProblem, state: State, ranges: Ranges, iterations: int) -> State:
+        if not state.added:
+            return refit(problem, state, ranges, iterations)
+        loss = problem.rows * (100.0 if PLAY in state.added else 3.0)
+        return replace(state, fit=replace(state.fit, loss=loss))
+
+    monkeypatch.setattr(module, "add_effects", lambda one, _: one)
+    monkeypatch.setattr(module, "_accept", lambda *args: step_of(begun.current, args[1].winner.name))
+    monkeypatch.setattr(module, "refit", fitted)
+    found = without_play(begun, replace(course, steps=(moved, course.steps[-1])), OPTIONS)
+    assert [one.added for one in found.steps] == [None, SHAFT]
+    assert found.steps[0].state.fit.residual.size == base.state.fit.residual.size
