@@ -83,10 +83,13 @@ def without_play(begun: Course, course: Course, options: SearchOptions) -> Cours
     rival = None if chosen is None else _near_rival(chosen)
     if chosen is None or rival is None or not course.current.is_chaotic:
         return course
-    earlier = [step for step in course.steps if step.added is None or step.added in chosen.start.added]
     play = frozenset(name for name, effect in EFFECTS.items() if effect.chaotic)
     # With play the steps went over to finer samples: here they are fitted to those of the beginning again.
-    earlier = [replace(one, state=refit(begun.problem, one.state, begun.ranges, 3)) for one in earlier]
+    earlier = [
+        replace(step, state=refit(begun.problem, step.state, begun.ranges, 3))
+        for step in course.steps
+        if step.added is None or step.added in chosen.start.added
+    ]
     closed = np.sqrt(sum((step.closed**2 for step in earlier), np.zeros(1)))
     other = replace(
         begun,
