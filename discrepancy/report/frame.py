@@ -41,7 +41,8 @@ def dress(figure: go.Figure, x: str, y: str, height: int = 340) -> go.Figure:
         "linecolor": "#808080",
     }
     figure.update_xaxes(**axis)
-    figure.update_yaxes(**axis)
+    # Without it a long tick label lies on the title.
+    figure.update_yaxes(**axis, automargin=True)
     figure.update_xaxes(title_text=x, selector=-1)
     figure.update_yaxes(title_text=y, selector=0)
     return figure

@@ -17,12 +17,12 @@ def thin(time_s: FloatArray, values: FloatArray, most: int = MOST_POINTS) -> tup
     n = values.size
     if n <= most:
         return time_s, values
-    cells = most // 2
-    width = n // cells
-    usable = cells * width
-    table = values[:usable].reshape(cells, width)
+    width = -(-n // (most // 2))
+    cells = -(-n // width)
+    # The last stretch is filled with its last value: every sample lies in one.
+    table = np.pad(values, (0, cells * width - n), mode="edge").reshape(cells, width)
     first = np.arange(cells) * width
-    rows = np.unique(np.concatenate([first + table.argmin(axis=1), first + table.argmax(axis=1), [n - 1]]))
+    rows = np.unique(np.concatenate([first + table.argmin(axis=1), first + table.argmax(axis=1)]))
     return time_s[rows], values[rows]
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from daq.recording.recording import Recording
@@ -52,6 +53,16 @@ def fitted(
         vector[EFFECTS[name].parameters[0].slot] = 0.05
     done = fit(problem, parameters, vector, problem.initial_starts(), 20)
     return problem, State(base=tuple(base), given=(), added=added, fit=done)
+
+
+@pytest.mark.parametrize("n", [2001, 3999, 7900, 100_000])
+def test_thinning_leaves_no_stretch_out(n: int) -> None:
+    time, _ = thin(np.arange(float(n)), np.random.default_rng(1).normal(size=n), 2000)
+    width = n // 1000 + 1
+    assert time.size <= 2000
+    assert time[0] < width
+    assert time[-1] >= n - width
+    assert np.diff(time).max() < 2 * width
 
 
 def test_thinning_keeps_the_peaks() -> None:
