@@ -187,7 +187,7 @@ def experiment_words(result: GapResult) -> str | None:
         return None
     excitation = plan["excitation"]
     settings = ", ".join(_setting(k, v) for k, v in excitation.items() if k != "kind")
-    names = [called(name) for name in plan.get("separates", ())]
+    names = [called_together(one) for one in plan.get("answers", plan.get("separates", ()))]
     if "reveals" in plan:
         aim = "to see weaker effects than these records show"
     elif len(names) > 1:

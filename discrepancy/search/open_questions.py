@@ -126,7 +126,10 @@ def _of_several(asker: Asker) -> Entry | None:
     first, other = rivals
     before = [step for step in steps if step.added != first.name]
     entry = between(asker, None, (rivals, before), asker.wanted(rival_of(first), first.name))
-    return None if entry is None else {**entry, "separates": [first.name, other.state.added[-1]]}
+    if entry is None:
+        return None
+    more = other.state.added[-1]
+    return {**entry, "separates": [first.name, more], "answers": [[first.name], [first.name, more]]}
 
 
 def _unnamed(asker: Asker) -> Entry | None:

@@ -46,6 +46,7 @@ def test_the_proposed_record_settles_whether_there_is_a_constant(nameplate: Join
     asked = run_gap(nameplate, records, test, options).next_experiment
     assert asked is not None
     assert asked["separates"] == ["gravity_unbalance", "load_torque_offset"]
+    assert asked["answers"] == [["gravity_unbalance"], ["gravity_unbalance", "load_torque_offset"]]
     current = waveform(asked["excitation"], asked["duration_s"], STEP_S)
     records.append(make_recording(TRUTH, 4, played=current))
     settled = run_gap(nameplate, records, test, options)

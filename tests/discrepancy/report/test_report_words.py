@@ -74,6 +74,17 @@ def test_the_next_experiment_is_told_with_units(answer: Answer) -> None:
     )
 
 
+def test_answers_of_several_effects_are_told_as_such(answer: Answer) -> None:
+    plan = {
+        "why": "w", "separates": ["coulomb_friction", "load_torque_offset"], "duration_s": 2.0,
+        "excitation": {"kind": "sine", "amplitude_A": 0.9},
+        "answers": [["coulomb_friction"], ["coulomb_friction", "load_torque_offset"]],
+    }  # fmt: skip
+    words = sentences.experiment_words(replace(answer("named"), next_experiment=plan))
+    alone, more = called("coulomb_friction"), called("load_torque_offset")
+    assert words == f"sine, amplitude 0.9 A, for 2 s, to tell {alone} from {alone} together with {more} apart"
+
+
 def test_a_look_for_hidden_effects_is_told_as_such(answer: Answer) -> None:
     plan = {
         "why": "w", "separates": ["coulomb_friction"], "duration_s": 2.0,
