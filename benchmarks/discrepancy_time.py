@@ -26,10 +26,11 @@ from benchmarks.blind.question import Question, read_question
 from benchmarks.blind.solve import recordings
 from discrepancy.data.series import read_series
 from discrepancy.model.reader import parse_model
+from discrepancy.prepare import prepare_simulation
 from discrepancy.report.files import write_result
 from discrepancy.search.greedy import screen
 from discrepancy.search.noise import waves_left
-from discrepancy.workflow import GapOptions, prepare_simulation, run_gap
+from discrepancy.workflow import GapOptions, run_gap
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

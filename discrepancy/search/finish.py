@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from discrepancy.effects.spec import Port, Ranges
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place, locate
+from discrepancy.search.at_ends import ends_decide
 from discrepancy.search.bench import make_bench
 from discrepancy.search.beside import locate_beside
 from discrepancy.search.context import Context
@@ -71,6 +72,7 @@ def _conclude(
     patched = patchwork(outcome.steps, significant_left(bench, curves, options))
     doubts = find_doubts(bench, (ranges, options), names, curves)
     doubt = doubts[0] if doubts else None
+    outcome = replace(outcome, at_ends=ends_decide(outcome.problem, outcome.steps, doubted=doubt is not None))
     if doubt is None and not patched:
         return outcome
     if len(outcome.steps) == 1:

@@ -45,7 +45,11 @@ class Step:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchOutcome:
-    """The accepted models in order and every round as it went."""
+    """The accepted models in order and every round as it went.
+
+    Attributes:
+        at_ends: whether the first and last moments of the records, where a smoothed speed is wrong, made it what it is.
+    """
 
     steps: tuple[Step, ...]
     rounds: tuple[Round, ...]
@@ -55,6 +59,7 @@ class SearchOutcome:
     names: Mapping[str, str]
     unknown: Place | None = None
     notes: tuple[str, ...] = field(default=())
+    at_ends: bool = False
 
     @property
     def is_torque(self) -> bool:

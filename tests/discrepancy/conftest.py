@@ -13,10 +13,10 @@ from daq.recording.recording import Recording
 from discrepancy.data.series import read_series
 from discrepancy.model.reader import parse_model
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import prepare_simulation
 from discrepancy.search.course import Course
 from discrepancy.search.outcome import Step
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 Recorder = Callable[[Mapping[int, float], int], Recording]

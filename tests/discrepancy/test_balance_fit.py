@@ -9,13 +9,13 @@ from daq.recording.recording import Recording, recording_from_columns
 from discrepancy.data.series import read_series
 from discrepancy.model.reader import parse_model
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import Prepared, prepare_simulation, prepare_torque
 from discrepancy.search.balance_fit import choose_parameters, motion_kinds, period_samples
 from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.state import refit, scan_effect
 from discrepancy.simulation import slots as s
 from discrepancy.simulation.kernels.joint import simulate_record
 from discrepancy.torque.problem import read_motion
-from discrepancy.workflow import Prepared, prepare_simulation, prepare_torque
 from tests.discrepancy.test_free_run import MODEL
 
 STEP_S, PERIOD_S, MASS_KG = 5e-3, 5.0, 95.0

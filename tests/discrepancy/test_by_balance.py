@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from discrepancy.data.series import read_series
+from discrepancy.prepare import prepare_simulation
 from discrepancy.search.by_balance import NOTE, choose_names
 from discrepancy.search.choice import Contender
 from discrepancy.search.greedy import Round
 from discrepancy.search.halves import halves_error, split_series
 from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.state import State, refit, scan_effect
-from discrepancy.workflow import prepare_simulation
 from tests.discrepancy.test_free_run import MODEL, axis_record
 
 WHOLE = [read_series(axis_record(0.0), MODEL, "train")]

@@ -11,6 +11,7 @@ from discrepancy.assemble import column_names
 from discrepancy.data.series import read_series
 from discrepancy.effects.spec import Port
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import Prepared, prepare_simulation
 from discrepancy.search.bench import make_bench
 from discrepancy.search.curves import judge_curves
 from discrepancy.search.doubts import find_doubts
@@ -18,7 +19,6 @@ from discrepancy.search.greedy import closed_amount
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.state import polish, scan_effect
-from discrepancy.workflow import Prepared, prepare_simulation
 from tests.discrepancy.recorder import excite
 
 Torque = Callable[[float, float, float, float], float]

@@ -11,13 +11,14 @@ from discrepancy.data.series import read_series
 from discrepancy.effects.spec import Port
 from discrepancy.locate import Place
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import prepare_simulation
 from discrepancy.search.bench import Judgement, make_bench
 from discrepancy.search.curves import Curve, judge_curves
 from discrepancy.search.doubts import find_doubts, pressed, seen_again, significant_left
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import polish, scan_effect
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import prepare_simulation, run_gap
+from discrepancy.workflow import run_gap
 from tests.discrepancy.recorder import make_recording
 
 FRICTION = {s.COULOMB: 0.15}

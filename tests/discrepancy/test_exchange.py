@@ -14,6 +14,7 @@ from discrepancy.fitting.levenberg import Fit, fit, glance
 from discrepancy.fitting.parameters import FitParameter
 from discrepancy.fitting.problem import SimulationProblem, Starts
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import prepare_simulation
 from discrepancy.search import course
 from discrepancy.search.choice import Contender
 from discrepancy.search.course import Course, add_effects
@@ -23,7 +24,7 @@ from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import Step
 from discrepancy.search.state import State, polish, scan_effect
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import prepare_simulation, run_gap
+from discrepancy.workflow import run_gap
 from tests.discrepancy.recorder import make_recording
 
 Recorder = Callable[[Mapping[int, float], int], Recording]

@@ -9,9 +9,9 @@ from discrepancy.data.series import read_series
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.parameters import fit_parameter
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import Prepared, prepare_simulation
 from discrepancy.search.choice import Contender, choose, equivalents_of
 from discrepancy.search.options import SearchOptions
-from discrepancy.workflow import Prepared, prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 LIMITS = SearchOptions()

@@ -9,6 +9,7 @@ import pytest
 from discrepancy.data.series import read_series
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import Prepared, prepare_simulation
 from discrepancy.search.course import Course, add_effects
 from discrepancy.search.fine import on_fine
 from discrepancy.search.full_rate import refine_full_rate
@@ -17,14 +18,13 @@ from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.state import State, polish, scan_effect
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import Prepared, prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 
 @pytest.fixture
 def sticky(nameplate: JointModel, monkeypatch: pytest.MonkeyPatch) -> Prepared:
     """Return a joint with dry friction, recorded twice, eight samples in a bin."""
-    monkeypatch.setattr("discrepancy.workflow.MOST_SAMPLES", 2000)
+    monkeypatch.setattr("discrepancy.prepare.MOST_SAMPLES", 2000)
     series = [read_series(make_recording({s.COULOMB: 0.15}, seed), nameplate, str(seed)) for seed in (1, 2)]
     return prepare_simulation(nameplate, series, None)
 

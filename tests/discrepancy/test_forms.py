@@ -10,11 +10,11 @@ from discrepancy.data.series import read_series
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.parameters import write_start
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import prepare_simulation
 from discrepancy.search.bench import make_bench
 from discrepancy.search.standard_errors import form_variances
 from discrepancy.search.state import fitted_forms, refit, with_best_form, with_best_forms
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 Recorder = Callable[[Mapping[int, float], int], Recording]

@@ -8,12 +8,12 @@ import numpy as np
 from daq.recording.recording import Recording
 from discrepancy.data.series import read_series
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import prepare_simulation
 from discrepancy.search.judge import held_out
 from discrepancy.search.known import poorly_known
 from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.state import polish, scan_effect
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import prepare_simulation
 
 Recorder = Callable[[Mapping[int, float], int], Recording]
 

@@ -5,11 +5,11 @@ import pytest
 
 from discrepancy.data.series import read_series
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import prepare_simulation
 from discrepancy.search.finish import without_steps
 from discrepancy.search.outcome import SearchOutcome, Step
 from discrepancy.search.state import polish, scan_effect
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 NAMED = ("coulomb_friction", "load_torque_offset")

@@ -8,11 +8,11 @@ import pytest
 from daq.recording.recording import Recording, recording_from_columns
 from discrepancy.data.series import read_series
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import Prepared, prepare_simulation
 from discrepancy.search.choice import Contender, choose
 from discrepancy.search.context import Context
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outputs import output_counts, output_losses, output_rows
-from discrepancy.workflow import Prepared, prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 

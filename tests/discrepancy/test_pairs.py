@@ -9,11 +9,11 @@ from daq.recording.recording import Recording
 from discrepancy.data.series import read_series
 from discrepancy.effects.table import EFFECTS
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import prepare_simulation
 from discrepancy.search.finish import search
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import SearchOutcome
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import prepare_simulation
 
 Recorder = Callable[[Mapping[int, float], int], Recording]
 KEPT = {"coulomb_friction", "load_torque_offset", "quadratic_drag"}

@@ -16,12 +16,12 @@ from discrepancy.effects.spec import Port
 from discrepancy.fitting.noise import fit_whitener, high_band_sigma
 from discrepancy.locate import locate
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import Prepared, prepare_simulation
 from discrepancy.search.choice import Contender
 from discrepancy.search.greedy import fit_all, screen
 from discrepancy.search.noise import residual_parts
 from discrepancy.search.options import SearchOptions
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import Prepared, prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 

@@ -5,9 +5,9 @@ import pytest
 
 from discrepancy.data.series import read_series
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import Prepared, prepare_simulation
 from discrepancy.search.outcome import Step
 from discrepancy.search.patchwork import patchwork
-from discrepancy.workflow import Prepared, prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 ANYTHING = np.array([np.inf])

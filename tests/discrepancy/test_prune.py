@@ -5,13 +5,13 @@ import pytest
 
 from discrepancy.data.series import read_series
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import prepare_simulation
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import Step
 from discrepancy.search.prune import prune
 from discrepancy.search.same import exact_equivalents, simpler_laws
 from discrepancy.search.state import polish, scan_effect
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 TRUTH = {s.STRIBECK_COULOMB: 0.1, s.STRIBECK_EXTRA: 0.1, s.STRIBECK_SPEED: 0.1, s.LOAD_OFFSET: 0.06}

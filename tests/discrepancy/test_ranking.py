@@ -6,10 +6,10 @@ import pytest
 
 from discrepancy.data.series import read_series
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import prepare_simulation
 from discrepancy.search import greedy
 from discrepancy.search.choice import Contender
 from discrepancy.search.options import SearchOptions
-from discrepancy.workflow import prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 

@@ -7,12 +7,12 @@ import pytest
 
 from discrepancy.data.series import read_series
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import Prepared, prepare_simulation
 from discrepancy.search.greedy import closed_amount
 from discrepancy.search.outcome import Step
 from discrepancy.search.retell import retold
 from discrepancy.search.state import State, polish, scan_effect
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import Prepared, prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 TRUTH = {s.COULOMB: 0.15, s.LOAD_OFFSET: 0.1}

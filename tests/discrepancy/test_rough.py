@@ -8,11 +8,11 @@ from discrepancy.data.series import SPEED, read_series
 from discrepancy.fitting.levenberg import COARSE_DIFFERENCE
 from discrepancy.fitting.problem import Noise, SimulationProblem
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import FINE_FACTOR, Prepared, fine_problem, prepare_simulation
 from discrepancy.search.judge import farthest_move, held_out
 from discrepancy.search.rough import polish_rough, scan_rough, settle_rough, smoothed
 from discrepancy.search.state import State, refit, scan_effect, with_unseen_parts
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import FINE_FACTOR, Prepared, fine_problem, prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 PLAY = {

@@ -7,10 +7,10 @@ from discrepancy.data.series import read_series
 from discrepancy.effects.table import EFFECTS
 from discrepancy.fitting.parameters import fit_parameter
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import prepare_simulation
 from discrepancy.search.doubts import pressed
 from discrepancy.search.state import polish, scan_effect
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 HIGH, STIFFNESS, DAMPING = 0.6, 0.3, 0.05

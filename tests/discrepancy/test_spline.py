@@ -7,9 +7,9 @@ from discrepancy.data.series import read_series
 from discrepancy.effects.spec import Port
 from discrepancy.locate import Place
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import prepare_simulation
 from discrepancy.search.spline import fit_spline
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 NAMES = {"speed": "speed_rad_s", "position": "position_rad", "input": "current_A"}

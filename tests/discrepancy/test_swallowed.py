@@ -6,12 +6,13 @@ from discrepancy.data.series import read_series
 from discrepancy.design.excitations import waveform
 from discrepancy.design.limits import RigLimits
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import prepare_simulation
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.outcome import Step
 from discrepancy.search.state import polish, scan_effect
 from discrepancy.search.swallowed import with_swallowed_offset
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import GapOptions, prepare_simulation, run_gap
+from discrepancy.workflow import GapOptions, run_gap
 from tests.discrepancy.recorder import STEP_S, make_recording
 
 TRUTH = {s.GRAVITY_SIN: 0.2, s.GRAVITY_COS: 0.15, s.GRAVITY_WAVE: 0.5}

@@ -7,11 +7,11 @@ import pytest
 from discrepancy.data.series import read_series
 from discrepancy.effects.table import EFFECTS
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import Prepared, prepare_simulation
 from discrepancy.search.noise import waves_left
 from discrepancy.search.state import polish, refit, scan_effect, starting_vectors
 from discrepancy.search.waves import with_best_waves
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import Prepared, prepare_simulation
 from tests.discrepancy.recorder import make_recording
 
 RIPPLE = {s.RIPPLE_SIN: 0.05, s.RIPPLE_WAVE: 4.1}

@@ -15,12 +15,12 @@ from discrepancy.design.excitations import RAMP_S, waveform
 from discrepancy.design.limits import RigLimits
 from discrepancy.design.prediction import Stage
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import Prepared, prepare_simulation
 from discrepancy.search.entries import revealing
 from discrepancy.search.options import SearchOptions
 from discrepancy.search.state import polish, scan_effect
 from discrepancy.simulation import slots as s
 from discrepancy.simulation.kernels.joint import simulate_record
-from discrepancy.workflow import Prepared, prepare_simulation
 from server.config.campaign import Campaign
 
 LIMITS = RigLimits(amplitude=0.8, travel_low=-20.0, travel_high=20.0)

@@ -17,9 +17,9 @@ from discrepancy.design.proposal import DURATIONS_S, Proposal, propose
 from discrepancy.design.question import Question, Rival, Wanted, relative_errors
 from discrepancy.fitting.levenberg import fit
 from discrepancy.model.schema import JointModel
+from discrepancy.prepare import Prepared, prepare_simulation
 from discrepancy.search.state import polish, scan_effect
 from discrepancy.simulation import slots as s
-from discrepancy.workflow import Prepared, prepare_simulation
 from server.config.campaign import Campaign, RecordStep
 from tests.discrepancy.recorder import make_recording
 

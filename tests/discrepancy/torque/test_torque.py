@@ -8,12 +8,13 @@ import pytest
 from daq.recording.recording import Recording, recording_from_columns
 from discrepancy.assemble import column_names
 from discrepancy.model.reader import parse_model
+from discrepancy.prepare import prepare_torque
 from discrepancy.search.beside import locate_beside
 from discrepancy.simulation import slots as s
 from discrepancy.simulation.kernels.joint import simulate_record
 from discrepancy.torque.prepare import torque_problem
 from discrepancy.torque.problem import read_motion
-from discrepancy.workflow import prepare_torque, run_gap
+from discrepancy.workflow import run_gap
 from tests.discrepancy.recorder import excite
 
 SAMPLES, STEP_S = 3000, 2e-3
