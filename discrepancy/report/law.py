@@ -19,7 +19,7 @@ from discrepancy.data.series import SPEED, TORQUE, Series
 from discrepancy.effects.alone import alone, opposing_torque, with_zero
 from discrepancy.effects.spec import Port
 from discrepancy.effects.table import EFFECTS
-from discrepancy.fitting.parameters import clear_effect
+from discrepancy.fitting.parameters import FitParameter, clear_effect
 from discrepancy.fitting.problem import SimulationProblem
 from discrepancy.locate import Place
 from discrepancy.report.binning import Samples, bin_samples
@@ -108,6 +108,7 @@ class LawMaker:
             parameter = self.state.fit.parameters[i]
             value = float(vector[parameter.slot])
             step = max(0.3 * float(np.sqrt(max(0.0, self.covariance[i, i]))), 1e-6 * abs(value), 1e-12)
+            step = _within_bounds(parameter, value, step)
             moved = vector.copy()
             moved[parameter.slot] = value + step
             slopes.append((evaluate(moved) - law) / step)
@@ -121,9 +122,9 @@ class LawMaker:
     def _samples(self, view: View, bare: FloatArray, simulated: FloatArray | None) -> Samples:
         """Return all samples of a view: measured, or of a model simulated with the vector `simulated`."""
         parts = []
-        left_out = self.problem.simulate(bare, self.state.fit.starts)
+        left_out = self.problem.simulate(self.problem.prepare(bare), self.state.fit.starts)
         vector = self.state.fit.vector if simulated is None else simulated
-        outputs = self.problem.simulate(vector, self.state.fit.starts)
+        outputs = self.problem.simulate(self.problem.prepare(vector), self.state.fit.starts)
         for k, one in enumerate(self.problem.series):
             channel = one.channels[0]
             values = channel.values if simulated is None else outputs[k][channel.row]
@@ -136,6 +137,14 @@ class LawMaker:
                 y = _missing(one, signals, bare)
             parts.append((one, signals, y))
         return _join(parts, view)
+
+
+def _within_bounds(parameter: FitParameter, value: float, step: float) -> float:
+    """Return a step that keeps a badly known parameter where the model can be simulated, downwards if need be."""
+    up, down = parameter.upper - value, value - parameter.lower
+    if step <= up or max(up, down) <= 0.0:
+        return step
+    return up if up >= down else -min(step, down)
 
 
 def _signals(one: Series, speed: FloatArray, smoothing: tuple[float, float]) -> dict[Signal, FloatArray]:

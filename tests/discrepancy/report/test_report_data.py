@@ -129,6 +129,19 @@ def test_the_named_law_lies_in_its_band_and_on_the_measured_cells(
     assert np.median(off) < 0.01
 
 
+def test_the_band_of_a_hardly_known_parameter_is_taken_inside_its_bounds(
+    nameplate: JointModel, record: Recorder
+) -> None:
+    problem, state = fitted(nameplate, [record({s.COULOMB: 0.12}, 1)], ("belt_compliance",))
+    covariance = np.diag([(1e4 * max(1.0, abs(p.upper))) ** 2 for p in state.fit.parameters])
+    with np.errstate(over="raise"):
+        picture = LawMaker(problem=problem, state=state, covariance=covariance, linear=False).named(
+            "belt_compliance"
+        )
+    assert picture is not None
+    assert picture.law.size > 0
+
+
 def test_an_effect_that_is_not_in_the_model_has_no_picture(nameplate: JointModel, record: Recorder) -> None:
     problem, state = fitted(nameplate, [record({}, 1)], ())
     maker = LawMaker(problem=problem, state=state, covariance=np.zeros((2, 2)), linear=False)
