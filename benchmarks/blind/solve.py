@@ -85,7 +85,7 @@ def curves(result: GapResult, test: Recording) -> dict[str, FloatArray]:
     """Return the simulated test speed `before` and `after`, and both in windows where two masses may be named."""
     every = stride(test.sample_time_s)
     found = {
-        name: next(c.simulated for c in result.steps[k].curves if c.name == SPEED)[::every]
+        name: whole(next(c.simulated for c in result.steps[k].curves if c.name == SPEED), test.n)[::every]
         for name, k in (("before", 0), ("after", -1))
     }
     if WINDOWED & set(result.effects):
@@ -93,6 +93,12 @@ def curves(result: GapResult, test: Recording) -> dict[str, FloatArray]:
         found["before_windows"] = as_recorded(in_windows(base, test), test)[::every]
         found["after_windows"] = as_recorded(in_windows(result.model, test), test)[::every]
     return found
+
+
+def whole(speed: FloatArray, n: int) -> FloatArray:
+    """Return a speed with NaN at the ends of the record that the answer may have left out, shape (n,)."""
+    few = (n - speed.size) // 2
+    return np.pad(speed, (few, n - speed.size - few), constant_values=np.nan)
 
 
 def with_parameters(model: JointModel, values: Mapping[str, Mapping[str, float]]) -> JointModel:
@@ -107,9 +113,9 @@ def in_windows(model: JointModel, test: Recording) -> FloatArray:
     starts = np.arange(0.0, test.duration_s, WINDOW_S)
     parts = [cut(test, float(a), float(a) + WINDOW_S) for a in starts]
     # A window of a few samples at the end has no motion to start from.
-    whole = [part for part in parts if part.n > 0.5 * WINDOW_S / test.sample_time_s]
-    speeds = [simulate_recording(model, part, "test window").simulated[SPEED] for part in whole]
-    rest = test.n - sum(part.n for part in whole)
+    long = [part for part in parts if part.n > 0.5 * WINDOW_S / test.sample_time_s]
+    speeds = [simulate_recording(model, part, "test window").simulated[SPEED] for part in long]
+    rest = test.n - sum(part.n for part in long)
     return np.concatenate([*speeds, np.full(rest, np.nan)])
 
 

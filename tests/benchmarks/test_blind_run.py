@@ -14,6 +14,7 @@ from benchmarks.blind.figures import gap_shrink, parameter_errors
 from benchmarks.blind.question import Answer, Question, read_question, write_answer, write_question
 from benchmarks.blind.run import answer_path, verdict_path, write_plan
 from benchmarks.blind.score import read_condition
+from benchmarks.blind.solve import whole
 from benchmarks.blind.tables import condition_table, figure_table, id_table
 
 SOLVER = "tests.benchmarks.answer_nothing"
@@ -120,6 +121,14 @@ def test_the_gap_shrinks_by_the_ratio_of_distances_to_the_noise_free_output(tmp_
     clean = np.sin(np.arange(100.0))
     path = tmp_path / "x.npz"
     np.savez(path, before=clean + 0.2, after=clean - 0.01)
+    assert gap_shrink(hidden("coulomb_friction"), clean, path) == pytest.approx(20.0)
+
+
+def test_an_answer_without_the_ends_of_the_record_is_judged_between_them(tmp_path: Path) -> None:
+    clean = np.sin(np.arange(100.0))
+    path = tmp_path / "x.npz"
+    shorter = {"before": clean[5:-5] + 0.2, "after": clean[5:-5] - 0.01}
+    np.savez(path, **{name: whole(speed, 100) for name, speed in shorter.items()})  # type: ignore[arg-type]
     assert gap_shrink(hidden("coulomb_friction"), clean, path) == pytest.approx(20.0)
 
 
