@@ -39,8 +39,9 @@ def main(first_seed: int, count: int) -> None:
         for k in range(count):
             case = Case(name, first_seed + 1000 * j + 100 * k, limits)
             result = run_gap(model, case.first, [case.test], GapOptions(limits=limits))
-            found[judged(result, name)] += 1
-            print(name, k, judged(result, name), *result.effects, flush=True)
+            verdict = judged(result, name)
+            found[verdict] += 1
+            print(name, k, verdict, *result.effects, flush=True)
     print("| " + " | ".join(VERDICTS) + " |")
     print("| " + " | ".join(str(found[verdict]) for verdict in VERDICTS) + " |")
 

@@ -127,8 +127,8 @@ def test_the_gap_shrinks_by_the_ratio_of_distances_to_the_noise_free_output(tmp_
 def test_an_answer_without_the_ends_of_the_record_is_judged_between_them(tmp_path: Path) -> None:
     clean = np.sin(np.arange(100.0))
     path = tmp_path / "x.npz"
-    shorter = {"before": clean[5:-5] + 0.2, "after": clean[5:-5] - 0.01}
-    np.savez(path, **{name: whole(speed, 100) for name, speed in shorter.items()})  # type: ignore[arg-type]
+    inner = clean[5:-5]
+    np.savez(path, before=whole(inner + 0.2, clean.size), after=whole(inner - 0.01, clean.size))
     assert gap_shrink(hidden("coulomb_friction"), clean, path) == pytest.approx(20.0)
 
 
